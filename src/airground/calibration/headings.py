@@ -1,0 +1,74 @@
+"""Which headings were driven, and what to drive next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from airground.geometry.arrays import FloatArray
+
+__all__ = ["advise", "distinct_headings_deg"]
+
+SECTOR_DEG = 15
+"""Headings closer than this count as one."""
+
+MIN_SHARE = 0.02
+"""A heading counts if at least this share of the way was driven along it."""
+
+
+def distinct_headings_deg(xy_dot: FloatArray) -> tuple[float, ...]:
+    """Distinct ground headings, modulo 180 degrees, as a line is driven both ways.
+
+    Parameters
+    ----------
+    xy_dot : (N, 2) array [m/s]
+        Ground velocities.
+
+    Returns
+    -------
+    headings : tuple of float [deg]
+        Means of the peaks, in 0..180.
+    """
+    length = np.linalg.norm(xy_dot, axis=1)
+    if not length.sum() > 0:
+        return ()
+    doubled = 2 * np.arctan2(xy_dot[:, 1], xy_dot[:, 0])  # modulo 180 degrees
+    bins = 180 // SECTOR_DEG
+    # Start the first sector in the emptiest place, so that one straight line does not fall into two.
+    fine = np.floor(np.degrees(doubled) / 2 % 180).astype(int) % 180
+    weight = np.bincount(fine, length, 180)
+    window = sum(np.roll(weight, k) for k in range(-3, 4))
+    start = int(np.argmin(window))
+    sector = ((np.degrees(doubled) / 2 - start) % 180 // SECTOR_DEG).astype(int) % bins
+    share = np.bincount(sector, length, bins) / length.sum()
+    real = np.bincount(sector, length * np.cos(doubled), bins)
+    imaginary = np.bincount(sector, length * np.sin(doubled), bins)
+    mean = np.degrees(np.arctan2(imaginary, real)) / 2 % 180
+    return tuple(sorted(float(m) % 180.0 for m in mean[share >= MIN_SHARE]))
+
+
+def advise(headings_deg: tuple[float, ...]) -> str:
+    """Say what to drive next, for the linear method.
+
+    Parameters
+    ----------
+    headings_deg : tuple of float [deg]
+        Distinct headings so far, modulo 180.
+
+    Returns
+    -------
+    advice : str
+        One clause.
+    """
+    if not headings_deg:
+        return "drive: the readings show no motion"
+    if len(headings_deg) < 4:
+        gaps = np.diff([*headings_deg, headings_deg[0] + 180.0])
+        widest = int(np.argmax(gaps))
+        parts = 3 if len(headings_deg) == 1 else 2
+        new = [(headings_deg[widest] + gaps[widest] * k / parts) % 180 for k in range(1, parts)]
+        wanted = " and ".join(f"{h:.0f}" for h in new)
+        return f"drive also at about {wanted} degrees, in different parts of the image"
+    return "drive the same headings again in other parts of the image, or in curves that fill it"

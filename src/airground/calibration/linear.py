@@ -1,0 +1,168 @@
+"""The limited homography from motion correspondences, by linear algebra (paper, section 2.1).
+
+Letters are the paper's; docs/notation.md ties each one to its name here.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airground.calibration.headings import advise, distinct_headings_deg
+from airground.errors import UnobservableMotionError
+from airground.geometry.arrays import homogeneous
+from airground.geometry.limited import LimitedHomography
+from airground.geometry.velocity import image_velocity
+
+if TYPE_CHECKING:
+    from airground.calibration.samples import MotionSamples
+    from airground.geometry.arrays import FloatArray
+
+__all__ = ["estimate_linear", "linear_system", "normalizer"]
+
+RANK = 5  # g has six entries, and eq. 16 leaves its scale free
+
+
+def estimate_linear(samples: MotionSamples, *, rank_tol: float = 1e-7) -> LimitedHomography:
+    """Estimate g from motion correspondences (eqs. 16 and 17).
+
+    The direction of g is the null vector of one linear constraint per sample; its scale and sign then follow from the
+    lengths of the image velocities. Every sample counts: there is no test for outliers and no noise model here.
+
+    Parameters
+    ----------
+    samples : MotionSamples
+        Five or more, on several headings, in different places.
+    rank_tol : float
+        Singular values below `rank_tol` times the largest count as zero. This finds motion that is exactly degenerate;
+        what is nearly so shows in the covariance that `calibrate` states.
+
+    Returns
+    -------
+    model : LimitedHomography
+        The estimate, scaled as in eq. 21.
+
+    Raises
+    ------
+    UnobservableMotionError
+        If the samples leave more than one g possible.
+    """
+    A, T = linear_system(samples)
+    g_hat, singular = null_vector(A)
+    floor = rank_tol * singular[0] if singular[0] > 0 else np.inf
+    rank = int(np.sum(singular > floor))
+    if rank < RANK:
+        headings = distinct_headings_deg(samples.xy_dot)
+        seen = ", ".join(f"{h:.0f}" for h in headings) or "none"
+        raise UnobservableMotionError(
+            f"the motion gives {rank} of the {RANK} constraints that the linear method needs "
+            f"(headings seen, modulo 180 degrees: {seen})",
+            rank=rank,
+            headings_deg=headings,
+            advice=advise(headings),
+        )
+    return LimitedHomography(scale_by_speed(np.linalg.solve(T, g_hat), samples))
+
+
+def linear_system(samples: MotionSamples) -> tuple[FloatArray, FloatArray]:
+    """Fill the homogeneous system of eq. 20, one row per sample, in normalised pixels.
+
+    The line through c along c_dot holds the vanishing point of the heading::
+
+        ((T c) x (T c_dot))^T (T g) xy_dot = 0
+
+    Parameters
+    ----------
+    samples : MotionSamples
+        Motion correspondences.
+
+    Returns
+    -------
+    A : (N, 6) array
+        Its null vector is ``T g``, row by row.
+    T : (3, 3) array
+        Normalisation of the image.
+    """
+    T = normalizer(samples.uv)
+    c = homogeneous(samples.uv) @ T.T
+    c_dot = homogeneous(samples.uv_dot, 0.0) @ T.T
+    lines = np.cross(c, c_dot)  # eq. 18
+    return (lines[:, :, None] * samples.xy_dot[:, None, :]).reshape(-1, 6), T
+
+
+def null_vector(A: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Right singular vector of the smallest singular value, and the six singular values.
+
+    Parameters
+    ----------
+    A : (N, 6) array
+        System of `linear_system`.
+
+    Returns
+    -------
+    g_hat : (3, 2) array
+        Unit null vector, as a matrix.
+    singular : (6,) array
+        Descending; zeros where there are fewer than six rows.
+    """
+    # The triangular factor has the same singular values and vectors, at the cost of a 6x6 SVD.
+    reduced = np.linalg.qr(A, mode="r") if len(A) > 6 else A
+    _, singular, Vt = np.linalg.svd(reduced, full_matrices=True)
+    return Vt[5].reshape(3, 2), np.pad(singular, (0, 6 - len(singular)))
+
+
+def scale_by_speed(g_hat: FloatArray, samples: MotionSamples) -> FloatArray:
+    """Scale and sign of g from the lengths of the image velocities (eq. 17).
+
+    Eq. 17 is linear in alpha cubed; the real cube root gives the sign too.
+
+    Parameters
+    ----------
+    g_hat : (3, 2) array
+        g up to scale.
+    samples : MotionSamples
+        Motion correspondences.
+
+    Returns
+    -------
+    g : (3, 2) array
+        Scaled as in eq. 21.
+
+    Raises
+    ------
+    UnobservableMotionError
+        If `g_hat` predicts no image motion at all.
+    """
+    predicted = image_velocity(g_hat, samples.uv, samples.xy_dot)
+    power = float(np.sum(predicted**2))
+    alpha_cubed = float(np.sum(predicted * samples.uv_dot)) / power if power > 0 else 0.0
+    if alpha_cubed == 0.0:
+        headings = distinct_headings_deg(samples.xy_dot)
+        raise UnobservableMotionError(
+            "the image velocities do not follow the ground velocities at all",
+            rank=0,
+            headings_deg=headings,
+            advice="check that tracks and motion belong together",
+        )
+    return np.asarray(np.cbrt(alpha_cubed) * g_hat)
+
+
+def normalizer(uv: FloatArray) -> FloatArray:
+    """Similarity that brings `uv` to mean zero and unit spread (lifts s5/s1 from 4e-4 to 0.3).
+
+    Parameters
+    ----------
+    uv : (N, 2) array [px]
+        Image points.
+
+    Returns
+    -------
+    T : (3, 3) array
+        To be applied to homogeneous image points.
+    """
+    if len(uv) == 0:
+        return np.eye(3)
+    u0, v0 = uv.mean(axis=0)
+    s = 1.0 / max(float(np.sqrt(np.mean((uv - (u0, v0)) ** 2))), 1e-12)
+    return np.array([[s, 0.0, -s * u0], [0.0, s, -s * v0], [0.0, 0.0, 1.0]])

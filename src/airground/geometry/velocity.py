@@ -1,0 +1,174 @@
+"""Velocities in the image and on the ground (paper, section 2, eqs. 13 to 15).
+
+With g scaled to unit determinant (eq. 21), n = G1 x G2 and c = (u, v, 1), eq. 15 reads::
+
+    uv_dot = J(c) xy_dot,      J(c) = (n.c) (A - (u, v) b),      g = [A; b],  A 2x2, b 1x2
+
+As det(A - (u, v) b) = n.c, det J = (n.c)^3 and the inverse needs no elimination. The sign of n.c is one for
+all visible ground: negative for right-handed ground frames, as v points down; see docs/conventions.md.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airground.geometry.arrays import homogeneous, points
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from airground.geometry.arrays import FloatArray
+
+__all__ = [
+    "ground_velocity",
+    "horizon_line",
+    "image_velocity",
+    "image_velocity_gradient",
+    "nearness",
+    "velocity_jacobian",
+]
+
+
+def horizon_line(g: FloatArray) -> FloatArray:
+    """Image of the ground's line at infinity, G1 x G2: H3 of eq. 14 when det(G) = 1.
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography.
+
+    Returns
+    -------
+    n : (..., 3) array
+        Line n.c = 0.
+    """
+    return np.cross(g[..., 0], g[..., 1])
+
+
+def nearness(g: FloatArray, uv: ArrayLike) -> FloatArray:
+    """H3.c of eq. 12: the inverse of the depth, up to a constant; zero on the horizon.
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography, scaled as in eq. 21.
+    uv : (..., 2) array_like [px]
+        Image points.
+
+    Returns
+    -------
+    nc : (...) array
+        One sign on the visible side of the horizon, the other beyond it.
+    """
+    uv = points(uv, "uv")
+    n = horizon_line(g)
+    return np.asarray(uv[..., 0] * n[..., 0] + uv[..., 1] * n[..., 1] + n[..., 2])
+
+
+def _reduced(g: FloatArray, uv: FloatArray) -> FloatArray:
+    """A - (u, v) b of the module's formula: [I | -(u, v)] (G1 G2)."""
+    return np.asarray(g[..., :2, :] - uv[..., :, None] * g[..., 2:, :])
+
+
+def velocity_jacobian(g: FloatArray, uv: ArrayLike) -> FloatArray:
+    """Derivative of the image point by the ground point (eq. 15).
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography, scaled as in eq. 21.
+    uv : (..., 2) array_like [px]
+        Image points.
+
+    Returns
+    -------
+    J : (..., 2, 2) array [px/m]
+        ``uv_dot = J @ xy_dot``; singular on the horizon only.
+    """
+    uv = points(uv, "uv")
+    return np.asarray(nearness(g, uv)[..., None, None] * _reduced(g, uv))
+
+
+def image_velocity(g: FloatArray, uv: ArrayLike, xy_dot: ArrayLike) -> FloatArray:
+    """Velocity in the image of what moves at `xy_dot` on the ground (eq. 15).
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography, scaled as in eq. 21.
+    uv : (..., 2) array_like [px]
+        Image points.
+    xy_dot : (..., 2) array_like [m/s]
+        Ground velocities.
+
+    Returns
+    -------
+    uv_dot : (..., 2) array [px/s]
+        Image velocities; zero on the horizon.
+    """
+    uv, xy_dot = points(uv, "uv"), points(xy_dot, "xy_dot")
+    heading = np.einsum("...ij,...j->...i", g, xy_dot)  # G w-dot, the vanishing point
+    return np.asarray(
+        nearness(g, uv)[..., None] * (heading[..., :2] - uv * heading[..., 2:])  # eq. 15
+    )
+
+
+def ground_velocity(g: FloatArray, uv: ArrayLike, uv_dot: ArrayLike) -> FloatArray:
+    """Velocity on the ground of what moves at `uv_dot` in the image: eq. 15, inverted.
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography, scaled as in eq. 21.
+    uv : (..., 2) array_like [px]
+        Image points.
+    uv_dot : (..., 2) array_like [px/s]
+        Image velocities.
+
+    Returns
+    -------
+    xy_dot : (..., 2) array [m/s]
+        Ground velocities; NaN on the horizon, where nothing can be said.
+    """
+    uv, uv_dot = points(uv, "uv"), points(uv_dot, "uv_dot")
+    M = _reduced(g, uv)
+    a, b, c, d = M[..., 0, 0], M[..., 0, 1], M[..., 1, 0], M[..., 1, 1]
+    x, y = uv_dot[..., 0], uv_dot[..., 1]
+    adjugate = np.stack(np.broadcast_arrays(d * x - b * y, a * y - c * x), axis=-1)
+    nc = nearness(g, uv)[..., None]
+    squared = np.where(nc == 0.0, np.nan, nc) ** 2  # (n.c) det(A - (u, v) b) = (n.c)^2
+    return np.asarray(adjugate / squared)
+
+
+def image_velocity_gradient(g: FloatArray, uv: ArrayLike, xy_dot: ArrayLike) -> FloatArray:
+    """Derivative of eq. 15 by the entries of g, row by row.
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography, scaled as in eq. 21.
+    uv : (..., 2) array_like [px]
+        Image points.
+    xy_dot : (..., 2) array_like [m/s]
+        Ground velocities.
+
+    Returns
+    -------
+    D : (..., 2, 6) array
+        ``D[..., k, 2 * i + j]`` is the derivative of component k by ``g[i, j]``.
+    """
+    uv, xy_dot = points(uv, "uv"), points(xy_dot, "xy_dot")
+    c = homogeneous(uv)
+    heading = np.einsum("...ij,...j->...i", g, xy_dot)
+    image = heading[..., :2] - uv * heading[..., 2:]  # [I | -(u, v)] g w
+    # (n.c) is a triple product: its derivative by G1 is G2 x c, by G2 it is c x G1.
+    nc_g = np.stack(
+        np.broadcast_arrays(np.cross(g[..., 1], c), np.cross(c, g[..., 0])), axis=-1
+    )  # (..., 3, 2)
+    P = np.concatenate([np.broadcast_to(np.eye(2), (*uv.shape, 2)), -uv[..., None]], axis=-1)
+    first = np.einsum("...k,...ij->...kij", image, nc_g)
+    second = np.einsum("...,...ki,...j->...kij", nearness(g, uv), P, xy_dot)
+    total = first + second
+    return np.asarray(total.reshape(*total.shape[:-2], 6))
