@@ -108,7 +108,7 @@ class UnobservableMotionError(UndeterminedError):
 
 
 class UndeterminedCameraError(UndeterminedError):
-    """g does not determine the focal length, tilt and height: the camera looks straight down, or its pixels are not square."""
+    """g does not determine the focal length: the camera looks straight down, or its pixels are not square."""
 
 
 class UnreachableError(AirgroundError):

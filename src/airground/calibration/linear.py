@@ -19,7 +19,14 @@ if TYPE_CHECKING:
     from airground.calibration.samples import MotionSamples
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["estimate_linear", "linear_system", "normalizer"]
+__all__ = [
+    "denormalized",
+    "estimate_linear",
+    "linear_system",
+    "normalizer",
+    "null_vector",
+    "scale_by_speed",
+]
 
 RANK = 5  # g has six entries, and eq. 16 leaves its scale free
 
@@ -62,7 +69,7 @@ def estimate_linear(samples: MotionSamples, *, rank_tol: float = 1e-7) -> Limite
             headings_deg=headings,
             advice=advise(headings),
         )
-    return LimitedHomography(scale_by_speed(np.linalg.solve(T, g_hat), samples))
+    return LimitedHomography(scale_by_speed(denormalized(g_hat, T), samples))
 
 
 def linear_system(samples: MotionSamples) -> tuple[FloatArray, FloatArray]:
@@ -146,6 +153,24 @@ def scale_by_speed(g_hat: FloatArray, samples: MotionSamples) -> FloatArray:
             advice="check that tracks and motion belong together",
         )
     return np.asarray(np.cbrt(alpha_cubed) * g_hat)
+
+
+def denormalized(g_hat: FloatArray, T: FloatArray) -> FloatArray:
+    """Take g back from normalised pixels.
+
+    Parameters
+    ----------
+    g_hat : (3, 2) array
+        ``T g``.
+    T : (3, 3) array
+        Normalisation of the image.
+
+    Returns
+    -------
+    g : (3, 2) array
+        Up to the scale of `g_hat`.
+    """
+    return np.asarray(np.linalg.solve(T, g_hat))
 
 
 def normalizer(uv: FloatArray) -> FloatArray:

@@ -53,7 +53,9 @@ class _Rows:
             raise InputError(f"target_index must lie in 0..{len(targets) - 1}")
         step = np.diff(index)
         if (step < 0).any() or (np.diff(t)[step == 0] <= 0).any():
-            raise InputError("rows must be sorted by target, and times ascend strictly; use from_rows")
+            raise InputError(
+                "rows must be sorted by target, and times ascend strictly; use from_rows"
+            )
         index.flags.writeable = False
         object.__setattr__(self, "t", t)
         object.__setattr__(self, "target_index", index)
@@ -83,12 +85,16 @@ class _Rows:
         return slice(int(first), int(last))
 
 
-def _order(target: Sequence[str] | NDArray[np.str_], t: ArrayLike) -> tuple[tuple[str, ...], IntArray, IntArray]:
+def _order(
+    target: Sequence[str] | NDArray[np.str_], t: ArrayLike
+) -> tuple[tuple[str, ...], IntArray, IntArray]:
     """Names in the order of their first row, index of each row, and the order that sorts rows."""
     column = np.asarray(target, dtype=np.str_)
     times = np.asarray(t, dtype=np.float64)
     if column.shape != times.shape or times.ndim != 1:
-        raise InputError(f"target and t must have the same shape (N,), not {column.shape} and {times.shape}")
+        raise InputError(
+            f"target and t must have the same shape (N,), not {column.shape} and {times.shape}"
+        )
     names, first, inverse = np.unique(column, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))
     index = rank[inverse]
@@ -96,7 +102,9 @@ def _order(target: Sequence[str] | NDArray[np.str_], t: ArrayLike) -> tuple[tupl
     return tuple(str(names[k]) for k in np.argsort(first)), index[order], order
 
 
-def _optional(value: ArrayLike | None, count: int, name: str, *, positive: bool = False) -> FloatArray | None:
+def _optional(
+    value: ArrayLike | None, count: int, name: str, *, positive: bool = False
+) -> FloatArray | None:
     if value is None:
         return None
     column = readonly(value, (count,), name)
@@ -197,7 +205,9 @@ class Motion(_Rows):
         for name in ("heading", "speed", "distance"):
             object.__setattr__(self, name, _optional(getattr(self, name), count, name))
         for name in ("sigma_speed", "sigma_heading"):
-            object.__setattr__(self, name, _optional(getattr(self, name), count, name, positive=True))
+            object.__setattr__(
+                self, name, _optional(getattr(self, name), count, name, positive=True)
+            )
         along = self.speed is not None or self.distance is not None
         if (self.xy_dot is None) == (self.heading is None) or along != (self.heading is not None):
             raise InputError("give either xy_dot, or heading with speed or distance or both")

@@ -150,7 +150,9 @@ class LimitedHomography:
         """
         return velocity.nearness(self.g, uv)
 
-    def same_side(self, uv: ArrayLike, ground_uv: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    def same_side(
+        self, uv: ArrayLike, ground_uv: ArrayLike
+    ) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         """Tell whether points lie on the same side of the horizon as a point known to be ground.
 
         Parameters
@@ -261,7 +263,9 @@ class LimitedHomography:
         """
         xy = points(xy, "xy")
         G = self.image_from_ground(origin_uv)
-        depth = homogeneous(xy) @ G[2]  # the origin's own is 1 / (n.c0); behind the camera the sign flips
+        depth = (
+            homogeneous(xy) @ G[2]
+        )  # the origin's own is 1 / (n.c0); behind the camera the sign flips
         uv = Collineation(G).apply(xy)
         return np.asarray(np.where((depth * np.sign(G[2, 2]) > 0)[..., None], uv, np.nan))
 
@@ -312,4 +316,6 @@ class LimitedHomography:
         UndeterminedCameraError
             If g does not determine a focal length.
         """
-        return camera_from_g(self.g, principal_point, focal_length=focal_length, ground_uv=ground_uv)
+        return camera_from_g(
+            self.g, principal_point, focal_length=focal_length, ground_uv=ground_uv
+        )

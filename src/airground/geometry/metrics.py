@@ -99,7 +99,9 @@ def velocity_map_error(
     estimate = velocity_jacobian(_matrix(g_hat), uv)
     try:
         back = np.linalg.solve(estimate, truth) - np.eye(2)
-    except np.linalg.LinAlgError:  # the estimate's horizon runs through a point: no velocity there at all
+    except (
+        np.linalg.LinAlgError
+    ):  # the estimate's horizon runs through a point: no velocity there at all
         return float("inf")
     # The mean of |M w|^2 over unit vectors w is |M|_F^2 / 2.
     return float(np.sqrt(np.mean(np.sum(back**2, axis=(-2, -1))) / 2))

@@ -1,0 +1,198 @@
+"""From recordings to a calibration."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from airground.calibration.calibration import Calibration, Fit, TargetFit
+from airground.calibration.clock import (
+    ASSUMED_SIGMA,
+    REACH,
+    ClockFit,
+    find_offset,
+    fit_samples,
+    unexplained,
+)
+from airground.calibration.correspondences import Correspondences, Pairing, pair_recordings
+from airground.calibration.headings import advise, distinct_headings_deg
+from airground.calibration.jackknife import jackknife_covariance
+from airground.calibration.linear import RANK, estimate_linear, linear_system, null_vector
+from airground.calibration.observability import judge
+from airground.errors import InputError, UnobservableMotionError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from airground.calibration.recordings import Motion, Tracks
+    from airground.calibration.samples import MotionSamples
+    from airground.geometry.arrays import FloatArray
+    from airground.geometry.limited import LimitedHomography
+
+__all__ = ["SPEED_SCALE_SIGMA", "calibrate"]
+
+SPEED_SCALE_SIGMA = 0.02  # real odometers read 2 to 5 % off, and one robot's own data cannot tell
+CLOCK_STEP = 0.05  # s; over which g's dependence on the clock is taken as a parabola
+MIN_SAMPLES = 7  # leaving one out must still leave one more than the five that eq. 16 needs
+
+
+def calibrate(
+    tracks: Tracks,
+    motion: Motion,
+    *,
+    method: Literal["linear"] = "linear",
+    time_offset_s: float | None = None,
+    image_size_px: tuple[int, int] | None = None,
+    speed_scale_sigma: float = SPEED_SCALE_SIGMA,
+    note: Callable[[str], None] | None = None,
+) -> Calibration:
+    """Calibrate on recordings of robots that know their heading and speed (section 2.1).
+
+    Parameters
+    ----------
+    tracks : Tracks
+        Sightings; targets without readings are not used.
+    motion : Motion
+        Readings.
+    method : {"linear"}
+        The paper's method, eqs. 16 and 17.
+    time_offset_s : float, optional [s]
+        To be added to times of the tracks to get times of the readings; searched for within a second where not given.
+    image_size_px : (int, int), optional [px]
+        Width and height of the image, to be kept with the calibration.
+    speed_scale_sigma : float
+        Relative standard deviation of the speeds' scale: no data of one robot tell it, so it widens the covariance.
+    note : callable, optional
+        Is given one-line remarks on what was found and assumed.
+
+    Returns
+    -------
+    calibration : Calibration
+        With its covariance and a verdict.
+
+    Raises
+    ------
+    UnobservableMotionError
+        If the motion does not determine g; the message says what to drive next.
+    InputError
+        If tracks and motion do not belong together.
+    """
+    if method != "linear":
+        raise InputError(f"method must be 'linear', not {method!r}")
+    if not (np.isfinite(speed_scale_sigma) and speed_scale_sigma >= 0):
+        raise InputError(f"speed_scale_sigma must be zero or more, not {speed_scale_sigma}")
+    if time_offset_s is not None and not np.isfinite(time_offset_s):
+        raise InputError(f"time_offset_s must be finite, not {time_offset_s}")
+    say = note or (lambda _: None)
+
+    pairing = pair_recordings(tracks, motion)
+    clock = find_offset(pairing) if time_offset_s is None else ClockFit(time_offset_s, found=False)
+    data = pairing.at_offset(clock.offset)
+    _enough(data, pairing, motion, clock.offset)
+    model = estimate_linear(data.samples)
+
+    covariance, offset_sigma = _uncertainty(pairing, data, clock, given=time_offset_s is not None)
+    # g goes with the inverse cube root of the speeds' scale (eq. 17).
+    row = model.g.ravel()
+    covariance = covariance + (speed_scale_sigma / 3) ** 2 * np.outer(row, row)
+    _, singular = null_vector(linear_system(data.samples)[0])
+    left_over = unexplained(model.g, data.samples)
+    observability = judge(model.g, covariance, data.samples, singular, left_over)
+
+    if time_offset_s is None and not clock.found:
+        say(
+            f"the data do not show the clocks' offset within {REACH:g} s: taken as 0 with a deviation of "
+            f"{ASSUMED_SIGMA:g} s; give --time-offset-s if you know it"
+        )
+    origin = data.samples.uv.mean(axis=0)
+    beyond = int(np.sum(~model.same_side(data.samples.uv, origin)))
+    if beyond:
+        say(
+            f"{beyond} of {len(data.samples)} samples lie beyond the estimated horizon: look for wrong sightings"
+        )
+    used = {name: TargetFit(sightings=count) for name, count in data.sightings.items()}
+    return Calibration(
+        model=model,
+        covariance=covariance,
+        origin_px=origin,
+        fit=Fit(
+            method="linear",
+            rms_px=_rms_px(model, data),
+            sightings=sum(data.sightings.values()),
+            inlier_fraction=1.0,
+            window_s=float(np.median(data.span)),
+            region_px=_region(data.samples.uv),
+        ),
+        observability=observability,
+        time_offset_s=clock.offset,
+        time_offset_sigma_s=offset_sigma,
+        image_size_px=image_size_px,
+        targets=used,
+    )
+
+
+def _enough(data: Correspondences, pairing: Pairing, motion: Motion, offset: float) -> None:
+    """Refuse what cannot be an estimate with an uncertainty."""
+    count = len(data.samples)
+    if count == 0:
+        name = pairing.targets[pairing.pairs[0].index]
+        seen, read = pairing.pairs[0].t, motion.t[motion.rows(name)]
+        raise InputError(
+            f"no sightings of {name} fall between its readings: tracks {seen[0]:g}..{seen[-1]:g} s, "
+            f"motion {read[0]:g}..{read[-1]:g} s, offset {offset:g} s; both files need one clock"
+        )
+    if count < MIN_SAMPLES:
+        headings = distinct_headings_deg(data.samples.xy_dot)
+        raise UnobservableMotionError(
+            f"there are {count} motion samples, and {MIN_SAMPLES} are needed to state an uncertainty",
+            rank=min(count, RANK),
+            headings_deg=headings,
+            advice=advise(headings),
+        )
+
+
+def _uncertainty(
+    pairing: Pairing,
+    data: Correspondences,
+    clock: ClockFit,
+    *,
+    given: bool,
+) -> tuple[FloatArray, float]:
+    """Covariance of g with the clock's uncertainty in it, and the clock's deviation."""
+    shifted = None if given else _shifted(pairing, data, clock.offset)
+    if shifted is None:
+        return jackknife_covariance(data.samples, None, 0.0)[:6, :6], 0.0
+    middle, earlier, later = shifted
+    if clock.found:
+        joint = jackknife_covariance(middle, (earlier, later), CLOCK_STEP)
+        return joint[:6, :6], float(np.sqrt(joint[6, 6]))
+    alone = jackknife_covariance(data.samples, None, 0.0)[:6, :6]
+    slope = (fit_samples(later) - fit_samples(earlier)).ravel() / (2 * CLOCK_STEP)
+    return alone + ASSUMED_SIGMA**2 * np.outer(slope, slope), ASSUMED_SIGMA
+
+
+def _shifted(
+    pairing: Pairing, data: Correspondences, offset: float
+) -> tuple[MotionSamples, MotionSamples, MotionSamples] | None:
+    """Samples of the same windows at the offset, a step before and a step after it."""
+    three = (data, pairing.at_offset(offset - CLOCK_STEP), pairing.at_offset(offset + CLOCK_STEP))
+    common = three[0].window
+    for other in three[1:]:
+        common = np.intersect1d(common, other.window, assume_unique=True)
+    if len(common) < MIN_SAMPLES:
+        return None
+    middle, earlier, later = (c.samples.take(np.isin(c.window, common)) for c in three)
+    return middle, earlier, later
+
+
+def _rms_px(model: LimitedHomography, data: Correspondences) -> float:
+    """How far from the prediction targets moved within a window, per coordinate."""
+    s = data.samples
+    residual = (s.uv_dot - model.image_velocity(s.uv, s.xy_dot)) * data.span[:, None]
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+def _region(uv: FloatArray) -> tuple[float, float, float, float]:
+    (u0, v0), (u1, v1) = uv.min(axis=0), uv.max(axis=0)
+    return float(u0), float(v0), float(u1), float(v1)

@@ -1,0 +1,153 @@
+"""Ground velocity of every target that was seen, with its standard deviation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airground.calibration.correspondences import choose_count, gap_limit
+from airground.calibration.local_polynomial import noise_level, windows
+from airground.calibration.recordings import IntArray
+from airground.geometry.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from airground.calibration.calibration import Calibration
+    from airground.calibration.recordings import Tracks
+
+__all__ = ["Speeds", "measure_speeds"]
+
+ASSUMED_NOISE = 1.0  # px; of tracks too short to show their own noise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Speeds:
+    """Ground velocities at sightings, in the order of the tracks."""
+
+    targets: tuple[str, ...]
+    """Names of the targets."""
+
+    target_index: IntArray
+    """(N,). Which target."""
+
+    t: FloatArray
+    """(N,) [s]. Time of the sighting."""
+
+    uv: FloatArray
+    """(N, 2) [px]. The sighting."""
+
+    xy_dot: FloatArray
+    """(N, 2) [m/s]. Ground velocity."""
+
+    speed_sigma: FloatArray
+    """(N,) [m/s]. Standard deviation of the speed: from pixel noise and the calibration's uncertainty."""
+
+    lonely: int
+    """Sightings left out because no other one is near in time."""
+
+    beyond: int
+    """Sightings left out because they lie on or beyond the horizon."""
+
+    assumed_noise: tuple[str, ...]
+    """Targets too short to show their noise, taken as one pixel."""
+
+    @property
+    def speed(self) -> FloatArray:
+        """(N,) [m/s]. Length of the ground velocity."""
+        return np.asarray(np.linalg.norm(self.xy_dot, axis=1))
+
+
+def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
+    """Measure the ground velocity of all targets, robots and third parties alike.
+
+    Image velocities come from parabolas over a window of sightings around each, chosen per target from its
+    rate and noise.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        Relation between image and ground.
+    tracks : Tracks
+        Sightings.
+
+    Returns
+    -------
+    speeds : Speeds
+        One row for each sighting that has neighbours in time and lies on the ground.
+    """
+    count = len(tracks)
+    uv, uv_dot = np.full((2, count, 2), np.nan)
+    noise = np.zeros(count)
+    assumed = []
+    for name in tracks.targets:
+        rows = tracks.rows(name)
+        given = None if tracks.sigma is None else tracks.sigma[rows]
+        sigma = noise_level(tracks.uv[rows]) if given is None else given
+        if not np.isfinite(sigma).all():
+            sigma = ASSUMED_NOISE
+            assumed.append(name)
+        wanted = choose_count(
+            tracks.t[rows],
+            tracks.uv[rows],
+            sigma=None if given is None else float(np.median(given)),
+        )
+        uv[rows], uv_dot[rows], gain = _image_velocity(tracks.t[rows], tracks.uv[rows], wanted)
+        noise[rows] = gain * sigma
+    lonely = np.isnan(uv_dot).any(axis=1)
+    ground = calibration.is_ground(
+        np.where(lonely[:, None], tracks.uv, uv)
+    ) & calibration.is_ground(tracks.uv)
+    keep = ground & ~lonely
+    xy_dot, covariance = calibration.ground_velocity(uv[keep], uv_dot[keep])
+    J = calibration.model.jacobian(uv[keep])
+    covariance = covariance + noise[keep, None, None] ** 2 * np.linalg.inv(
+        np.swapaxes(J, -1, -2) @ J
+    )
+    return Speeds(
+        targets=tracks.targets,
+        target_index=tracks.target_index[keep],
+        t=tracks.t[keep],
+        uv=tracks.uv[keep],
+        xy_dot=xy_dot,
+        speed_sigma=_along(xy_dot, covariance),
+        lonely=int(np.sum(lonely)),
+        beyond=int(np.sum(~ground & ~lonely)),
+        assumed_noise=tuple(assumed),
+    )
+
+
+def _image_velocity(
+    t: FloatArray, uv: FloatArray, wanted: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Smoothed position, velocity and its gain at each sighting; NaN where it has no neighbour."""
+    rows = np.arange(len(t))
+    broken = np.concatenate([[True], np.diff(t) > gap_limit(t)])
+    run = np.cumsum(broken) - 1
+    start = np.flatnonzero(broken)
+    length = np.diff(np.append(start, len(t)))
+    count = np.minimum(wanted, length[run])
+    position, velocity, gain = (
+        np.full((len(t), 2), np.nan),
+        np.full((len(t), 2), np.nan),
+        np.full(len(t), np.nan),
+    )
+    for size in np.unique(count[count >= 2]):
+        mine = rows[count == size]
+        first = np.clip(
+            mine - size // 2, start[run[mine]], start[run[mine]] + length[run[mine]] - size
+        )
+        w = windows(t, first, int(size))
+        position[mine], velocity[mine] = w.fit(t, uv, at=t[mine])
+        gain[mine] = w.velocity_gain(t[mine])
+    return position, velocity, gain
+
+
+def _along(xy_dot: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Deviation of the speed: along the velocity, or in the worst direction for what hardly moves."""
+    worst = np.linalg.eigvalsh(covariance)[:, -1]
+    speed = np.linalg.norm(xy_dot, axis=1)
+    moving = speed > np.sqrt(worst)
+    h = xy_dot / np.where(moving, speed, 1.0)[:, None]
+    along = np.einsum("ni,nij,nj->n", h, covariance, h)
+    return np.sqrt(np.where(moving, along, worst))

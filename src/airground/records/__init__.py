@@ -1,0 +1,16 @@
+"""Files: recordings as CSV, calibrations, logs of sessions; read strictly, written whole or not at all."""
+
+from airground.records.atomic import replacing, write_bytes, write_text
+from airground.records.recordings_files import read_motion, read_tracks
+from airground.records.recordings_writers import write_motion, write_speeds, write_tracks
+
+__all__ = [
+    "read_motion",
+    "read_tracks",
+    "replacing",
+    "write_bytes",
+    "write_motion",
+    "write_speeds",
+    "write_text",
+    "write_tracks",
+]
