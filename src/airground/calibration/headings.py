@@ -35,18 +35,21 @@ def distinct_headings_deg(xy_dot: FloatArray) -> tuple[float, ...]:
     if not length.sum() > 0:
         return ()
     doubled = 2 * np.arctan2(xy_dot[:, 1], xy_dot[:, 0])  # modulo 180 degrees
-    bins = 180 // SECTOR_DEG
-    # Start the first sector in the emptiest place, so that one straight line does not fall into two.
-    fine = np.floor(np.degrees(doubled) / 2 % 180).astype(int) % 180
-    weight = np.bincount(fine, length, 180)
-    window = sum(np.roll(weight, k) for k in range(-3, 4))
-    start = int(np.argmin(window))
-    sector = ((np.degrees(doubled) / 2 - start) % 180 // SECTOR_DEG).astype(int) % bins
-    share = np.bincount(sector, length, bins) / length.sum()
-    real = np.bincount(sector, length * np.cos(doubled), bins)
-    imaginary = np.bincount(sector, length * np.sin(doubled), bins)
-    mean = np.degrees(np.arctan2(imaginary, real)) / 2 % 180
-    return tuple(sorted(float(m) % 180.0 for m in mean[share >= MIN_SHARE]))
+    bins = np.floor(np.degrees(doubled) / 2 % 180).astype(int) % 180  # of one degree
+    share = np.bincount(bins, length, 180) / length.sum()
+    way = np.bincount(bins, length * np.cos(doubled), 180) + 1j * np.bincount(
+        bins, length * np.sin(doubled), 180
+    )
+    sector = (np.arange(180)[:, None] + np.arange(SECTOR_DEG)) % 180
+    headings: list[float] = []
+    # The heaviest sector first, wherever it starts, so that no fixed border cuts a line in two.
+    while (weight := share[sector].sum(axis=1)).max() >= MIN_SHARE:
+        rows = sector[int(np.argmax(weight))]
+        mean = float(np.degrees(np.angle(way[rows].sum())) / 2 % 180) % 180.0
+        share[rows] = way[rows] = 0.0
+        if all(abs((mean - h + 90) % 180 - 90) > SECTOR_DEG / 2 for h in headings):
+            headings.append(mean)
+    return tuple(sorted(headings))
 
 
 def advise(headings_deg: tuple[float, ...]) -> str:

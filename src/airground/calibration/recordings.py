@@ -89,11 +89,11 @@ def _order(
     target: Sequence[str] | NDArray[np.str_], t: ArrayLike
 ) -> tuple[tuple[str, ...], IntArray, IntArray]:
     """Names in the order of their first row, index of each row, and the order that sorts rows."""
+    times = readonly(t, (None,), "t")
     column = np.asarray(target, dtype=np.str_)
-    times = np.asarray(t, dtype=np.float64)
-    if column.shape != times.shape or times.ndim != 1:
+    if column.shape != times.shape:
         raise InputError(
-            f"target and t must have the same shape (N,), not {column.shape} and {times.shape}"
+            f"target must have shape {times.shape}, one name for each time, not {column.shape}"
         )
     names, first, inverse = np.unique(column, return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))
@@ -113,8 +113,11 @@ def _optional(
     return column
 
 
-def _take(value: ArrayLike | None, order: IntArray) -> FloatArray | None:
-    return None if value is None else np.asarray(value, dtype=np.float64)[order]
+def _take(
+    value: ArrayLike | None, order: IntArray, name: str, width: tuple[int, ...] = ()
+) -> FloatArray | None:
+    """Bring a column into order, once its shape is known to fit."""
+    return None if value is None else readonly(value, (len(order), *width), name)[order]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,8 +171,8 @@ class Tracks(_Rows):
             targets=names,
             target_index=index,
             t=np.asarray(t, dtype=np.float64)[order],
-            uv=np.asarray(uv, dtype=np.float64)[order],
-            sigma=_take(sigma, order),
+            uv=readonly(uv, (len(order), 2), "uv")[order],
+            sigma=_take(sigma, order, "sigma"),
         )
 
 
@@ -261,10 +264,10 @@ class Motion(_Rows):
             targets=names,
             target_index=index,
             t=np.asarray(t, dtype=np.float64)[order],
-            xy_dot=_take(xy_dot, order),
-            heading=_take(heading, order),
-            speed=_take(speed, order),
-            distance=_take(distance, order),
-            sigma_speed=_take(sigma_speed, order),
-            sigma_heading=_take(sigma_heading, order),
+            xy_dot=_take(xy_dot, order, "xy_dot", (2,)),
+            heading=_take(heading, order, "heading"),
+            speed=_take(speed, order, "speed"),
+            distance=_take(distance, order, "distance"),
+            sigma_speed=_take(sigma_speed, order, "sigma_speed"),
+            sigma_heading=_take(sigma_heading, order, "sigma_heading"),
         )

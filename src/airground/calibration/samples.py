@@ -26,13 +26,13 @@ class MotionSamples:
     """(N, 2) [m/s]. Ground velocity at the same time, in a frame that does not turn."""
 
     def __post_init__(self) -> None:
-        shape = np.shape(self.uv)
-        count = shape[0] if shape else None
+        count: int | None = None
         for name in ("uv", "uv_dot", "xy_dot"):
             try:
                 array = readonly(getattr(self, name), (count, 2), name)
             except InputError as error:
                 raise SampleError(str(error)) from error
+            count = len(array)  # the first array says how many samples there are
             object.__setattr__(self, name, array)
 
     def __len__(self) -> int:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.calibration.correspondences import choose_count, gap_limit
-from airground.calibration.local_polynomial import noise_level, windows
+from airground.calibration.local_polynomial import MIN_PARABOLA, noise_level, windows
 from airground.calibration.recordings import IntArray
 from airground.geometry.arrays import FloatArray
 
@@ -57,6 +57,31 @@ class Speeds:
         """(N,) [m/s]. Length of the ground velocity."""
         return np.asarray(np.linalg.norm(self.xy_dot, axis=1))
 
+    def by_target(self) -> list[dict[str, str | int | float]]:
+        """Sum up each target.
+
+        Returns
+        -------
+        summary : list of dict
+            Target, number of rows, median and largest speed, median deviation; only targets with rows.
+        """
+        summary: list[dict[str, str | int | float]] = []
+        for k, name in enumerate(self.targets):
+            mine = self.target_index == k
+            if not mine.any():
+                continue
+            speed = self.speed[mine]
+            summary.append(
+                {
+                    "target": name,
+                    "rows": len(speed),
+                    "speed_median_mps": float(np.median(speed)),
+                    "speed_max_mps": float(speed.max()),
+                    "speed_sigma_median_mps": float(np.median(self.speed_sigma[mine])),
+                }
+            )
+        return summary
+
 
 def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
     """Measure the ground velocity of all targets, robots and third parties alike.
@@ -92,6 +117,8 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
             tracks.uv[rows],
             sigma=None if given is None else float(np.median(given)),
         )
+        # A sighting at the end of a line's window is not where the line's velocity holds; a parabola bends.
+        wanted = max(wanted, MIN_PARABOLA)
         uv[rows], uv_dot[rows], gain = _image_velocity(tracks.t[rows], tracks.uv[rows], wanted)
         noise[rows] = gain * sigma
     lonely = np.isnan(uv_dot).any(axis=1)

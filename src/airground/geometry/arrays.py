@@ -12,9 +12,35 @@ from airground.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["FloatArray", "homogeneous", "points", "readonly"]
+__all__ = ["FloatArray", "homogeneous", "numbers", "points", "readonly"]
 
 FloatArray = NDArray[np.float64]
+
+
+def numbers(value: ArrayLike, name: str) -> FloatArray:
+    """Give an array of float64, copied only where it has to be.
+
+    Parameters
+    ----------
+    value : array_like
+        What the caller gave.
+    name : str
+        What to call it in an error.
+
+    Returns
+    -------
+    array : array
+        As float64; NaN passes.
+
+    Raises
+    ------
+    InputError
+        If it does not hold real numbers, or its rows differ in length.
+    """
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be an array of numbers: {error}") from error
 
 
 def readonly(value: ArrayLike, shape: tuple[int | None, ...], name: str) -> FloatArray:
@@ -39,10 +65,7 @@ def readonly(value: ArrayLike, shape: tuple[int | None, ...], name: str) -> Floa
     InputError
         If the shape differs or an entry is NaN or infinite.
     """
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be an array of numbers: {error}") from error
+    array = np.array(numbers(value, name))
     same = array.ndim == len(shape) and all(
         want is None or have == want for have, want in zip(array.shape, shape, strict=True)
     )
@@ -73,9 +96,9 @@ def points(value: ArrayLike, name: str) -> FloatArray:
     Raises
     ------
     InputError
-        If the last axis does not have two entries.
+        If it does not hold numbers, or its last axis does not have two entries.
     """
-    array = np.asarray(value, dtype=np.float64)
+    array = numbers(value, name)
     if array.ndim == 0 or array.shape[-1] != 2:
         raise InputError(f"{name} must have two entries on its last axis, not shape {array.shape}")
     return array

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.errors import InputError
-from airground.geometry.arrays import FloatArray, homogeneous, points, readonly
+from airground.geometry.arrays import FloatArray, homogeneous, numbers, points, readonly
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -36,7 +36,7 @@ def unit_determinant(matrix: ArrayLike) -> FloatArray:
     InputError
         If a matrix is singular or not finite, or the shape is wrong.
     """
-    matrix = np.asarray(matrix, dtype=np.float64)
+    matrix = numbers(matrix, "a homography")
     if matrix.shape[-2:] != (3, 3):
         raise InputError(f"a homography has shape (..., 3, 3), not {matrix.shape}")
     if not np.isfinite(matrix).all():

@@ -1,4 +1,4 @@
-"""Files: recordings as CSV, calibrations, logs of sessions; read strictly, written whole or not at all."""
+"""Files: recordings and calibrations; read strictly, written whole or not at all."""
 
 from airground.records.atomic import replacing, write_bytes, write_text
 from airground.records.recordings_files import read_motion, read_tracks

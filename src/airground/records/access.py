@@ -42,10 +42,9 @@ def _problem(path: Path, error: Exception, purpose: str) -> str:
         return "is a folder, expected a file"  # Windows calls a folder a matter of permission
     if isinstance(error, PermissionError):
         return f"no permission to {purpose} it"
-    if isinstance(error, FileNotFoundError) and purpose == "read":
-        return "there is no such file"
     if isinstance(error, FileNotFoundError):
-        return f"the folder {path.parent} does not exist; create it first"
+        missing = f"the folder {path.parent} does not exist; create it first"
+        return "there is no such file" if purpose == "read" else missing
     if isinstance(error, NotADirectoryError):
         return f"{path.parent} is not a folder"
     if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):

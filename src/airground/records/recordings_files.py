@@ -35,9 +35,10 @@ _MOTION = (
 
 
 def read_tracks(path: StrPath, *, note: Callable[[str], None] | None = None) -> Tracks:
-    """Read sightings from a CSV file with the columns t_s, target, u_px, v_px and, optionally, sigma_px.
+    """Read sightings from a CSV file.
 
-    Rows and columns may be in any order.
+    Its columns are t_s, target, u_px, v_px and, optionally, sigma_px. Rows and columns may be in
+    any order.
 
     Parameters
     ----------
@@ -147,5 +148,6 @@ def _has(table: Table, name: str) -> bool:
 
 
 def _tell(note: Callable[[str], None] | None, remarks: Iterable[str]) -> None:
-    for remark in remarks if note else ():
-        note(remark)
+    if note is not None:
+        for remark in remarks:
+            note(remark)

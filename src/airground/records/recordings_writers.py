@@ -12,7 +12,7 @@ from airground.records.atomic import replacing
 from airground.records.cells import LONGEST_NAME, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
@@ -125,7 +125,7 @@ def write_speeds(
     if (speed_sigma < 0).any():
         raise InputError("speed_sigma must not be negative")
     with np.errstate(over="ignore"):  # too large to be a velocity, but readonly says so
-        speed = readonly(np.hypot(xy_dot[:, 0], xy_dot[:, 1]), (len(t),), "the speed")
+        speed = readonly(np.linalg.norm(xy_dot, axis=1), (len(t),), "the speed")
     columns = {
         "u_px": uv[:, 0],
         "v_px": uv[:, 1],
@@ -142,7 +142,7 @@ def _write(
     t: FloatArray,
     targets: Sequence[str],
     index: IntArray,
-    columns: dict[str, FloatArray | None],
+    columns: Mapping[str, FloatArray | None],
 ) -> None:
     names = [_quoted(name) for name in targets]
     present = {name: column for name, column in columns.items() if column is not None}
@@ -163,9 +163,8 @@ def _texts(column: FloatArray) -> list[str]:
 
 def _quoted(name: str) -> str:
     if not 0 < len(name) <= LONGEST_NAME or name != name.strip():
-        raise InputError(
-            f"target name {shown(name)} must have no blanks around it and 1 to {LONGEST_NAME} characters"
-        )
+        wanted = f"1 to {LONGEST_NAME} characters and no blanks around them"
+        raise InputError(f"target name {shown(name)} must have {wanted}")
     if any(c in "\r\n\0" or "\ud800" <= c <= "\udfff" for c in name):
         raise InputError(f"target name {shown(name)} has a character that a CSV file cannot hold")
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name else name

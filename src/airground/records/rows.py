@@ -49,7 +49,8 @@ def sort_rows(
     """
     codes, times = table.codes[TARGET], table.numbers[TIME]
     order = np.lexsort((times, codes))  # stable: of equal rows, the earlier line comes first
-    same = (np.diff(codes[order]) == 0) & (np.diff(times[order]) == 0)
+    index, t = codes[order], times[order]
+    same = (index[1:] == index[:-1]) & (t[1:] == t[:-1])
     notes: list[str] = []
     if same.any():
         _refuse_different(table, order, np.flatnonzero(same) + 1, what)

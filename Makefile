@@ -1,0 +1,55 @@
+# Two commands do everything: `make demo` and `make test`. Both make their own environment in .venv.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT ?= out/demo
+
+.PHONY: help demo test lint types bench docs constraints clean
+
+help:
+	@echo "make demo    run the main job in a simulated world; results in $(OUT)"
+	@echo "make test    run all tests"
+	@echo "make lint    ruff, mypy, import layers"
+	@echo "make bench   speed and accuracy beside peers"
+	@echo "make docs    refresh the figures and the command line's help in docs/"
+
+$(VENV)/made: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "airground needs Python 3.11 or newer; set PYTHON=/path/to/python3.11" >&2; exit 2; }
+	@$(PYTHON) -m venv $(VENV) \
+	  || { echo "cannot make a virtual environment; on Debian: apt install python3-venv" >&2; exit 2; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
+	@touch $@
+
+$(VENV)/made-test: $(VENV)/made
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	@touch $@
+
+demo: $(VENV)/made
+	$(BIN)/airground demo --out $(OUT)
+
+test: $(VENV)/made-test lint
+	$(BIN)/python -m pytest --numprocesses auto --dist loadscope
+
+lint: $(VENV)/made-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(VENV)/made-test
+	$(BIN)/python benchmarks/read_csv.py
+	$(BIN)/python benchmarks/calibrate.py
+	$(BIN)/python benchmarks/recordings.py
+
+docs: $(VENV)/made-test
+	$(BIN)/python docs/refresh.py
+
+# No lock file that names a registry: versions only, for every Python and system at once.
+constraints: $(VENV)/made-test
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --no-annotate --upgrade \
+	  --custom-compile-command "make constraints" pyproject.toml --output-file constraints.txt
+
+clean:
+	rm -rf $(VENV) out .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

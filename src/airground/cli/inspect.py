@@ -1,0 +1,173 @@
+"""``airground inspect``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from airground.calibration import Calibration
+from airground.calibration.inspection import Inspection, inspect_calibration
+from airground.cli.output import image_size, print_json, two_numbers
+from airground.errors import InputError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+__all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "inspection_document", "run"]
+
+NAME = "inspect"
+SUMMARY = "say what a calibration means: horizon, scale over the image, focal length, tilt, height"
+EXAMPLE = """\
+  airground inspect calibration.json --picture view.png
+"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the command's arguments.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        The command's own.
+    """
+    parser.add_argument("calibration", type=Path, metavar="C", help="calibration (JSON)")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw horizon, ground grid and scale")
+    parser.add_argument("--image-size", type=image_size, metavar="WxH", help="if the calibration does not hold it")
+    parser.add_argument(
+        "--principal-point", type=two_numbers, metavar="U,V", help="in pixels (default: the image's middle)"
+    )
+    parser.add_argument(
+        "--focal-length-px", type=_positive, metavar="F", help="if known; needed when the camera looks straight down"
+    )
+
+
+def run(args: Namespace) -> None:
+    """Inspect, draw, print.
+
+    Parameters
+    ----------
+    args : Namespace
+        As parsed.
+    """
+    if args.picture is not None and args.picture.suffix.lower() != ".png":
+        raise InputError(f"--picture {args.picture}: expected a name that ends in .png")
+    calibration = Calibration.load(args.calibration)
+    inspection = inspect_calibration(
+        calibration,
+        image_size_px=args.image_size,
+        principal_point_px=args.principal_point,
+        focal_length_px=args.focal_length_px,
+    )
+    if args.picture is not None:
+        from airground.pictures.inspection import draw_inspection
+
+        draw_inspection(args.picture, calibration, inspection)
+    if args.json:
+        print_json(inspection_document(calibration, inspection))
+    else:
+        print("\n".join(_summary(calibration, inspection)))
+
+
+def inspection_document(calibration: Calibration, inspection: Inspection) -> dict[str, Any]:
+    """Give the JSON object of an inspection.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        What was inspected.
+    inspection : Inspection
+        What was found.
+
+    Returns
+    -------
+    document : dict
+        Without NaN; what is not determined is null.
+    """
+    estimate = inspection.camera
+    camera: dict[str, float | str | None] = dict.fromkeys(
+        (
+            "focal_length_px",
+            "focal_length_sigma_px",
+            "tilt_deg",
+            "tilt_sigma_deg",
+            "roll_deg",
+            "roll_sigma_deg",
+            "height_m",
+            "height_sigma_m",
+            "square_pixel_residual",
+        )
+    )
+    if estimate is not None:
+        camera.update(
+            focal_length_px=_finite(estimate.camera.focal_length_px),
+            focal_length_sigma_px=_finite(estimate.focal_length_sigma_px),
+            tilt_deg=_finite(estimate.camera.tilt_deg),
+            tilt_sigma_deg=_finite(math.degrees(estimate.tilt_sigma_rad)),
+            roll_deg=_finite(estimate.camera.roll_deg),
+            roll_sigma_deg=_finite(math.degrees(estimate.roll_sigma_rad)),
+            height_m=_finite(estimate.camera.height_m),
+            height_sigma_m=_finite(estimate.height_sigma_m),
+            square_pixel_residual=_finite(estimate.camera.square_pixel_residual),
+        )
+    return {
+        "verdict": calibration.observability.verdict,
+        "relative_sigma": calibration.observability.relative_sigma,
+        "frame_px": list(inspection.frame_px),
+        "horizon": inspection.horizon.tolist(),
+        "horizon_in_frame": inspection.horizon_in_frame,
+        "ground_frame": _handedness(calibration),
+        "scale": {
+            "uv_px": inspection.uv.tolist(),
+            "min_px_per_m": inspection.pixels_per_metre[:, 0].tolist(),
+            "max_px_per_m": inspection.pixels_per_metre[:, 1].tolist(),
+            "relative_sigma": inspection.relative_sigma.tolist(),
+        },
+        **camera,
+        "camera_problem": inspection.camera_problem or None,
+    }
+
+
+def _summary(calibration: Calibration, inspection: Inspection) -> list[str]:
+    scale, sigma = inspection.pixels_per_metre, inspection.relative_sigma
+    a, b, c = inspection.horizon
+    lines = [
+        f"verdict {calibration.observability.verdict}; ground velocities good to "
+        f"{calibration.observability.relative_sigma:.1%} where the robot drove",
+        f"scale {scale[:, 0].min():.4g} to {scale[:, 1].max():.4g} px/m over the ground in the frame, "
+        f"known to {sigma.min():.1%} at best and {sigma.max():.1%} at worst",
+        f"horizon {a:+.5f} u {b:+.5f} v {c:+.2f} = 0, "
+        + ("crosses the frame" if inspection.horizon_in_frame else "outside the frame"),
+        f"ground frame {_handedness(calibration)}-handed",
+    ]
+    estimate = inspection.camera
+    if estimate is None:
+        return [*lines, f"camera not determined: {inspection.camera_problem}"]
+    k = estimate.camera
+    return [
+        *lines,
+        "for square pixels:",
+        f"  focal length {k.focal_length_px:.1f} px (deviation {estimate.focal_length_sigma_px:.1f})",
+        f"  tilt {k.tilt_deg:.2f} degrees from straight down ({math.degrees(estimate.tilt_sigma_rad):.2f})",
+        f"  roll {k.roll_deg:.2f} degrees ({math.degrees(estimate.roll_sigma_rad):.2f})",
+        f"  height {k.height_m:.3f} m ({estimate.height_sigma_m:.3f})",
+    ]
+
+
+def _handedness(calibration: Calibration) -> str:
+    return "right" if float(calibration.model.nearness(calibration.origin_px)) < 0 else "left"
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"expected a positive number of pixels, not {text!r}")
+    return value

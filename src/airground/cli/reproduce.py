@@ -1,0 +1,60 @@
+"""``airground reproduce``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from airground.cli.output import print_json
+from airground.cli.terminal import progress, show
+from airground.studies.reproduce import ITEMS, reproduce
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+__all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "run"]
+
+NAME = "reproduce"
+SUMMARY = "run the paper's experiments: tables and figures, paper beside ours"
+EXAMPLE = """\
+  airground reproduce table1 fig4 fig5 --trials 100 --out out/paper
+"""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the command's arguments.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        The command's own.
+    """
+    parser.add_argument("items", nargs="*", metavar="ITEM", help=f"any of {', '.join(ITEMS)} (default: all)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where to put pictures and reproduce.json")
+    parser.add_argument("--trials", type=_count, default=100, metavar="N", help="simulated drives (default: 100)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (default: 0)")
+
+
+def run(args: Namespace) -> None:
+    """Run the experiments and print them.
+
+    Parameters
+    ----------
+    args : Namespace
+        As parsed.
+    """
+    with progress("reproduce") as advance:
+        result = reproduce(
+            args.items, trials=args.trials, seed=args.seed, out=args.out, progress=advance
+        )
+    if args.json:
+        print_json(result)
+    else:
+        show(result)
+
+
+def _count(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= 10_000_000:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1 on, not {text!r}")
+    return int(text)

@@ -1,0 +1,48 @@
+"""What all tests share: seeds from their names, hypothesis without chance, and the recordings."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+
+ROOT = Path(__file__).resolve().parents[1]
+
+# The same examples on every run; AIRGROUND_EXAMPLES=2000 for a long search.
+settings.register_profile(
+    "airground",
+    derandomize=True,
+    database=None,
+    deadline=None,
+    max_examples=int(os.environ.get("AIRGROUND_EXAMPLES", "50")),
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("airground")
+
+
+@pytest.fixture
+def rng(request: pytest.FixtureRequest) -> np.random.Generator:
+    """Random numbers whose seed is the test's name; a failure prints it."""
+    seed = zlib.crc32(request.node.nodeid.encode())
+    request.node.add_report_section("setup", "rng", f"np.random.default_rng({seed})")
+    return np.random.default_rng(seed)
+
+
+@pytest.fixture(scope="session")
+def recordings() -> Path:
+    """Folder of the real recordings; skips where there is none."""
+    folder = Path(os.environ.get("AIRGROUND_DATA", ROOT.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"no recordings at {folder}; set AIRGROUND_DATA to their folder")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    """Root of the repository."""
+    return ROOT

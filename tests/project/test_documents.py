@@ -1,0 +1,84 @@
+"""README, versions, and what must not stand in any file."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from airground._version import __version__
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# In pieces, so that this file does not hold them.
+FORBIDDEN = [
+    "/wor" + "k/",
+    "/far" + "m/",
+    "pypi" + ".org",
+    "registry." + "npmjs",
+    "files.python" + "hosted",
+]
+
+
+def python_blocks(text: str) -> list[tuple[int, str]]:
+    """Line and code of each block fenced as python."""
+    pattern = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+    return [(text[: m.start(1)].count("\n") + 1, m.group(1)) for m in pattern.finditer(text)]
+
+
+def test_blocks_are_found() -> None:
+    assert python_blocks("a\n```python\nx = 1\n```\n```sh\nls\n```\n") == [(3, "x = 1\n")]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for p in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))] if p.exists()],
+    ids=lambda path: str(path.relative_to(ROOT)),
+)
+def test_python_in_documents_compiles(path: Path) -> None:
+    blocks = python_blocks(path.read_text("utf-8"))
+    if not blocks:
+        pytest.skip("no Python in it")
+    for line, code in blocks:
+        compile("\n" * (line - 1) + code, str(path), "exec", dont_inherit=True)
+
+
+def listed() -> list[Path]:
+    """Files that git tracks or would track."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("not a git checkout")
+    names = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=True,
+    ).stdout.split("\0")
+    return [ROOT / name for name in names if name and (ROOT / name).is_file()]
+
+
+def test_no_file_names_a_registry_or_a_place_on_one_machine() -> None:
+    found = []
+    for path in listed():
+        data = path.read_bytes()
+        found += [f"{path.relative_to(ROOT)}: {w}" for w in FORBIDDEN if w.encode() in data]
+    assert found == []
+
+
+def test_citation_has_the_version() -> None:
+    path = ROOT / "CITATION.cff"
+    if not path.exists():
+        pytest.skip("no CITATION.cff yet")
+    versions = re.findall(r"^version: *[\"']?([^\"'\n]+)", path.read_text("utf-8"), re.MULTILINE)
+    assert versions == [__version__]
+
+
+def test_changelog_opens_with_the_version() -> None:
+    path = ROOT / "CHANGELOG.md"
+    if not path.exists():
+        pytest.skip("no CHANGELOG.md yet")
+    headings = re.findall(r"^## \[?v?(\d[^\s\]]*)", path.read_text("utf-8"), re.MULTILINE)
+    assert headings[:1] == [__version__]
