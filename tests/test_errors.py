@@ -30,7 +30,7 @@ def drawn() -> dict[str, tuple[str | None, int | None]]:
 CLASSES = {
     name: value
     for name, value in vars(errors).items()
-    if inspect.isclass(value) and issubclass(value, Exception)
+    if inspect.isclass(value) and issubclass(value, errors.AirgroundError)
 }
 
 

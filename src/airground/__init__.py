@@ -1,7 +1,69 @@
-"""airground: a camera that looks down on something that drives becomes a metric sensor and a joystick."""
+"""airground: a camera that looks down on something that drives becomes a metric sensor and a joystick.
+
+>>> import airground as ag
+>>> tracks, motion = ag.read_tracks("tracks.csv"), ag.read_motion("motion.csv")  # doctest: +SKIP
+>>> calibration = ag.calibrate(tracks, motion)  # doctest: +SKIP
+>>> xy_dot, covariance = calibration.ground_velocity([640, 360], [12.0, -3.0])  # doctest: +SKIP
+"""
 
 from airground._version import __version__
-from airground.calibration import Motion, MotionSamples, Tracks, estimate_linear
-from airground.geometry import LimitedHomography
+from airground.calibration import (
+    Calibration,
+    Motion,
+    MotionSamples,
+    Speeds,
+    Tracks,
+    calibrate,
+    estimate_linear,
+    measure_speeds,
+)
+from airground.errors import (
+    AirgroundError,
+    FileError,
+    InputError,
+    SampleError,
+    UndeterminedCameraError,
+    UndeterminedError,
+    UnobservableMotionError,
+    UnreachableError,
+)
+from airground.geometry import (
+    Collineation,
+    LimitedHomography,
+    PlaneCamera,
+    align_rotation,
+    n_error,
+    velocity_map_error,
+)
+from airground.records import read_motion, read_tracks, write_motion, write_speeds, write_tracks
 
-__all__ = ["LimitedHomography", "Motion", "MotionSamples", "Tracks", "estimate_linear"]
+__all__ = [
+    "AirgroundError",
+    "Calibration",
+    "Collineation",
+    "FileError",
+    "InputError",
+    "LimitedHomography",
+    "Motion",
+    "MotionSamples",
+    "PlaneCamera",
+    "SampleError",
+    "Speeds",
+    "Tracks",
+    "UndeterminedCameraError",
+    "UndeterminedError",
+    "UnobservableMotionError",
+    "UnreachableError",
+    "__version__",
+    "align_rotation",
+    "calibrate",
+    "estimate_linear",
+    "measure_speeds",
+    "n_error",
+    "read_motion",
+    "read_tracks",
+    "velocity_map_error",
+    "write_motion",
+    "write_speeds",
+    "write_tracks",
+]

@@ -6,14 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from drives import Drive, fit_drive, read, see
-from scenes import random_scene, scene
 
 from airground.calibration import Motion, calibrate
 from airground.calibration.clock import ClockFit, find_offset
 from airground.calibration.correspondences import pair_recordings
 from airground.errors import InputError, UnobservableMotionError
 from airground.geometry import n_error, velocity_map_error
+from drives import Drive, fit_drive, read, see
+from scenes import random_scene, scene
 
 T = np.arange(0, 60, 1 / 30)
 READINGS = np.arange(-1.5, 62, 0.05)

@@ -6,12 +6,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from drives import fit_drive, read, see
-from scenes import Scene, scene
 
 from airground.calibration import Calibration, calibrate
 from airground.errors import InputError
 from airground.geometry import LimitedHomography
+from drives import fit_drive, read, see
+from scenes import Scene, scene
 
 T = np.arange(0, 60, 1 / 30)
 

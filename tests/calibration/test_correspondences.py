@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drives import fit_drive, read, see
-from scenes import scene
 
 from airground.calibration import Motion, Tracks
 from airground.calibration.correspondences import choose_count, pair_recordings, unbroken
 from airground.errors import InputError
 from airground.geometry import LimitedHomography
+from drives import fit_drive, read, see
+from scenes import scene
 
 SCENE = scene(tilt_deg=35)
 DRIVE = fit_drive(SCENE)

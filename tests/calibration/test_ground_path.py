@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drives import Drive, read
 
 from airground.calibration import Motion
 from airground.calibration.ground_path import ground_path, reading_noise
+from drives import Drive, read
 
 DRIVE = Drive((3.0, -2.0), (4.0, 2.0), 30.0)
 

@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 import pytest
-from drives import fit_drive, read, see
-from scenes import scene
 
 from airground.calibration import Calibration, calibrate
 from airground.calibration.inspection import inspect_calibration
 from airground.errors import UndeterminedError
 from airground.geometry import LimitedHomography
+from drives import fit_drive, read, see
+from scenes import scene
 
 T = np.arange(0, 60, 1 / 30)
 SCENE = scene(tilt_deg=62, roll_deg=5, height=6.0, focal_length=1100.0)

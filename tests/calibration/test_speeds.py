@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from drives import fit_drive, read, see
-from scenes import scene
 
 from airground.calibration import Calibration, Tracks, calibrate, measure_speeds
+from drives import fit_drive, read, see
+from scenes import scene
 
 SCENE = scene(tilt_deg=40)
 DRIVE = fit_drive(SCENE)

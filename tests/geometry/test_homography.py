@@ -82,7 +82,7 @@ def test_not_finite(bad: float) -> None:
 
 def test_not_numbers() -> None:
     with pytest.raises(InputError, match="a homography must be an array of numbers"):
-        unit_determinant([["a"] * 3] * 3)  # type: ignore[list-item]
+        unit_determinant([["a"] * 3] * 3)
 
 
 def test_points_that_go_to_infinity_are_nan() -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 
 from airground import LimitedHomography
 from airground.geometry import Collineation, n_error, unit_determinant
@@ -33,10 +34,10 @@ PAIRS = [
     ((3, 1), (4,)),
 ]
 
-Function = "Callable[..., Array]"
 
-
-def loop(function: Callable[..., Array], args: list[Array], cores: list[int]) -> Array:
+def loop(
+    function: Callable[..., NDArray[Any]], args: list[Array], cores: list[int]
+) -> NDArray[Any]:
     """Call for one element at a time; `cores` are the numbers of axes that belong to an element."""
     lead = np.broadcast_shapes(
         *(a.shape[: a.ndim - core] for a, core in zip(args, cores, strict=True))
@@ -49,7 +50,7 @@ def loop(function: Callable[..., Array], args: list[Array], cores: list[int]) ->
     return np.array(rows).reshape(lead + rows[0].shape)
 
 
-def same(function: Callable[..., Array], args: list[Array], cores: list[int]) -> None:
+def same(function: Callable[..., NDArray[Any]], args: list[Array], cores: list[int]) -> None:
     got, want = np.asarray(function(*args)), loop(function, args, cores)
     assert got.shape == want.shape
     assert got.dtype == want.dtype

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 
 from airground import LimitedHomography
 from airground.geometry import Collineation, unit_determinant
-from scenes import Array, Scene, generators, scenes
+from scenes import Scene, generators, scenes
 
 exponents = st.floats(-60.0, 60.0)
 signs = st.sampled_from([1.0, -1.0])
 
 
-def by_entry_size(actual: Array, desired: Array) -> None:
+def by_entry_size(actual: NDArray[Any], desired: NDArray[Any]) -> None:
     """Compare matrices whose rows have different units, row by row; at nadir the last is nought."""
     rows = np.abs(desired).max(axis=-1, keepdims=True)
     unit = np.maximum(rows, 1e-4 * rows.max())

@@ -7,7 +7,7 @@ import inspect
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from numpydoc.docscrape import FunctionDoc, NumpyDocString
+from numpydoc.docscrape import FunctionDoc, NumpyDocString  # type: ignore[import-untyped]
 
 from walk import MODULES
 
@@ -46,7 +46,10 @@ for module in MODULES.values():
 
 
 def signature_names(function: Callable[..., Any]) -> list[str]:
-    stars = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}
+    stars: dict[Any, str] = {
+        inspect.Parameter.VAR_POSITIONAL: "*",
+        inspect.Parameter.VAR_KEYWORD: "**",
+    }
     return [
         stars.get(p.kind, "") + p.name
         for p in inspect.signature(function).parameters.values()

@@ -18,12 +18,17 @@ NOBODY = 65534
 
 @pytest.fixture
 def own_folder() -> Iterator[Path]:
-    """Folder of a user who is not root: root takes that user's place for the test."""
+    """Folder of a user who is not root: root takes that user's place for the test.
+
+    If root does, the folder holds a file of root's, theirs.csv, that the user may only read.
+    """
     if not hasattr(os, "geteuid"):
         pytest.skip("needs the permissions of POSIX")
     folder = Path(tempfile.mkdtemp())  # pytest's own lie below a folder closed to others
     root = os.geteuid() == 0
     if root:
+        (folder / "theirs.csv").write_bytes(b"old")
+        (folder / "theirs.csv").chmod(0o644)
         os.chown(folder, NOBODY, -1)
         os.seteuid(NOBODY)
     try:

@@ -168,7 +168,18 @@ def test_write_protected_file_is_respected(own_folder: Path) -> None:
         write_text(path, "x")
     one_line(caught.value, path, "no permission to write it")
     assert path.read_bytes() == b"old"
-    assert names(own_folder) == ["a.csv"]
+    assert "a.csv" in names(own_folder)
+    assert not any(name.startswith(".airground") for name in names(own_folder))
+
+
+def test_file_of_another_user_is_respected(own_folder: Path) -> None:
+    path = own_folder / "theirs.csv"
+    if not path.exists():
+        pytest.skip("only root can make one")
+    with pytest.raises(FileError) as caught:  # although the folder would let us rename onto it
+        write_text(path, "x")
+    one_line(caught.value, path, "no permission to write it")
+    assert path.read_bytes() == b"old"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")

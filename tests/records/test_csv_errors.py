@@ -131,6 +131,11 @@ def test_short_and_long_row_do_not_make_up_for_each_other(path: Path) -> None:
     assert error.line == 2
 
 
+def test_row_that_would_fit_one_cell_further_on(path: Path) -> None:
+    error = refused(path, "t_s,target,u_px,v_px,more\n0,a,1,2\n9,1,a,1,2,x\n")
+    assert (error.line, error.problem) == (2, "the row has 4 cells, the header has 5")
+
+
 # Quotes
 
 
@@ -166,7 +171,7 @@ def test_bad_cell_beside_quotes(path: Path) -> None:
 def test_very_long_line(path: Path) -> None:
     error = refused(path, GOOD + "2,a,1," + "9" * (3 * BLOCK_BYTES))
     assert error.line == 4
-    assert "longer than" in error.problem
+    assert error.problem.startswith(f"the line is longer than {BLOCK_BYTES} bytes")
 
 
 def test_very_long_quoted_cell(path: Path) -> None:

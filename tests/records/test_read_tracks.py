@@ -217,4 +217,4 @@ def test_memory_is_the_arrays_and_one_block(path: Path) -> None:
     assert arrays == 32 * count
     # The columns as read, sorted, and the copy that Tracks takes; and a block as Python strings.
     # A Python string for each cell would take six times as much.
-    assert peak < 3.0 * arrays + 4e6
+    assert peak < 3.0 * arrays + 1e6

@@ -34,6 +34,7 @@ __all__ = ["SPEED_SCALE_SIGMA", "calibrate"]
 
 SPEED_SCALE_SIGMA = 0.02  # real odometers read 2 to 5 % off, and one robot's own data cannot tell
 CLOCK_STEP = 0.05  # s; over which g's dependence on the clock is taken as a parabola
+MAX_JACKKNIFE = 20_000  # samples
 MIN_SAMPLES = 7  # leaving one out must still leave one more than the five that eq. 16 needs
 
 
@@ -92,7 +93,9 @@ def calibrate(
     _enough(data, pairing, motion, clock.offset)
     model = estimate_linear(data.samples)
 
-    covariance, offset_sigma = _uncertainty(pairing, data, clock, given=time_offset_s is not None)
+    # Neighbouring windows overlap, so a deviation does not need all of a long drive.
+    few = pairing.thinned(MAX_JACKKNIFE)
+    covariance, offset_sigma = _uncertainty(few, clock, given=time_offset_s is not None)
     # g goes with the inverse cube root of the speeds' scale (eq. 17).
     row = model.g.ravel()
     covariance = covariance + (speed_scale_sigma / 3) ** 2 * np.outer(row, row)
@@ -152,14 +155,9 @@ def _enough(data: Correspondences, pairing: Pairing, motion: Motion, offset: flo
         )
 
 
-def _uncertainty(
-    pairing: Pairing,
-    data: Correspondences,
-    clock: ClockFit,
-    *,
-    given: bool,
-) -> tuple[FloatArray, float]:
+def _uncertainty(pairing: Pairing, clock: ClockFit, *, given: bool) -> tuple[FloatArray, float]:
     """Covariance of g with the clock's uncertainty in it, and the clock's deviation."""
+    data = pairing.at_offset(clock.offset)
     shifted = None if given else _shifted(pairing, data, clock.offset)
     if shifted is None:
         return jackknife_covariance(data.samples, None, 0.0)[:6, :6], 0.0

@@ -20,7 +20,14 @@ if TYPE_CHECKING:
     from airground.calibration.samples import MotionSamples
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["ASSUMED_SIGMA", "ClockFit", "find_offset", "fit_samples", "unexplained"]
+__all__ = [
+    "ASSUMED_SIGMA",
+    "ClockFit",
+    "find_offset",
+    "fit_samples",
+    "parabola_minimum",
+    "unexplained",
+]
 
 REACH = 1.0  # s; how far apart two clocks are looked for
 STEP = 0.05  # s; shorter than any change of a ground vehicle's velocity
@@ -91,6 +98,7 @@ def find_offset(pairing: Pairing) -> ClockFit:
         Offset zero, not found, where the best one lies at the end of the search or too few samples overlap.
     """
     none = ClockFit(0.0, found=False)
+    pairing = pairing.thinned(MAX_SAMPLES)
     usual = len(pairing.at_offset(0.0).samples)
 
     def cost(offset: float) -> float:
@@ -99,8 +107,7 @@ def find_offset(pairing: Pairing) -> ClockFit:
         if count < max(6, usual // 2):
             return np.inf
         try:
-            samples = c.samples.take(slice(None, None, 1 + count // MAX_SAMPLES))
-            return unexplained(fit_samples(samples), samples)
+            return unexplained(fit_samples(c.samples), c.samples)
         except UnobservableMotionError:
             return np.inf
 

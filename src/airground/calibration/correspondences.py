@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,11 +51,22 @@ class _Pair:
     """One target's sightings in windows, and its path on the ground."""
 
     index: int
+    """Which of the pairing's targets."""
+
     t: FloatArray
+    """(N,) [s]. Times of its sightings."""
+
     windows: Windows
+    """W windows over them."""
+
     uv: FloatArray
+    """(W, 2) [px]. Position in each window."""
+
     uv_dot: FloatArray
+    """(W, 2) [px/s]. Velocity in each window."""
+
     path: GroundPath
+    """Its readings, integrated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +78,31 @@ class Pairing:
 
     pairs: tuple[_Pair, ...]
     """Windows over the sightings, and paths of the readings."""
+
+    def thinned(self, most: int) -> Pairing:
+        """Keep every so many windows, for what need not see all of them.
+
+        Parameters
+        ----------
+        most : int
+            About so many windows to keep.
+
+        Returns
+        -------
+        pairing : Pairing
+            Itself where it has no more.
+        """
+        count = sum(len(pair.windows.first) for pair in self.pairs)
+        if count <= most:
+            return self
+        every = slice(None, None, -(-count // most))
+        return Pairing(
+            self.targets,
+            tuple(
+                replace(p, windows=p.windows.take(every), uv=p.uv[every], uv_dot=p.uv_dot[every])
+                for p in self.pairs
+            ),
+        )
 
     def at_offset(self, offset: float) -> Correspondences:
         """Motion correspondences with the readings' clock ahead by `offset`.

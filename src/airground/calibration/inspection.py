@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from airground.calibration.calibration import Calibration
     from airground.geometry.camera import PlaneCamera
 
-__all__ = ["CameraEstimate", "Inspection", "inspect_calibration"]
+__all__ = ["CameraEstimate", "Inspection", "inspect_calibration", "point_sigma"]
 
 GRID = 9  # points along each side at which the scale is given
 
@@ -46,7 +46,7 @@ class Inspection:
     """What a calibration says."""
 
     frame_px: tuple[float, float, float, float]
-    """Smallest u and v, largest u and v of what is inspected: the image, or the driven region if its size is not known."""
+    """Smallest u and v, largest u and v of what is inspected: of the image, or of where targets were seen."""
 
     horizon: FloatArray
     """(3,). Line a u + b v + c = 0 with a^2 + b^2 = 1 and positive on the ground; at nadir (0, 0, 1)."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from airground.calibration.headings import advise, distinct_headings_deg
 from airground.errors import UnobservableMotionError
-from airground.geometry.arrays import homogeneous
 from airground.geometry.limited import LimitedHomography
 from airground.geometry.velocity import image_velocity
 
@@ -28,6 +27,7 @@ __all__ = [
     "scale_by_speed",
 ]
 
+BLOCK = 1024  # rows
 RANK = 5  # g has six entries, and eq. 16 leaves its scale free
 
 
@@ -92,10 +92,15 @@ def linear_system(samples: MotionSamples) -> tuple[FloatArray, FloatArray]:
         Normalisation of the image.
     """
     T = normalizer(samples.uv)
-    c = homogeneous(samples.uv) @ T.T
-    c_dot = homogeneous(samples.uv_dot, 0.0) @ T.T
-    lines = np.cross(c, c_dot)  # eq. 18
-    return (lines[:, :, None] * samples.xy_dot[:, None, :]).reshape(-1, 6), T
+    u, v = T[:2, :2] @ samples.uv.T + T[:2, 2:]
+    u_dot, v_dot = T[:2, :2] @ samples.uv_dot.T
+    x_dot, y_dot = samples.xy_dot.T
+    A = np.empty((len(u), 6))
+    # Eq. 18, written out: (u, v, 1) x (u', v', 0).
+    for row, line in enumerate((-v_dot, u_dot, u * v_dot - v * u_dot)):
+        np.multiply(line, x_dot, out=A[:, 2 * row])
+        np.multiply(line, y_dot, out=A[:, 2 * row + 1])
+    return A, T
 
 
 def null_vector(A: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -113,7 +118,12 @@ def null_vector(A: FloatArray) -> tuple[FloatArray, FloatArray]:
     singular : (6,) array
         Descending; zeros where there are fewer than six rows.
     """
-    # The triangular factor has the same singular values and vectors, at the cost of a 6x6 SVD.
+    # A triangular factor has the same singular values and vectors, at the cost of a 6x6 SVD; taken block by block,
+    # the work stays in the processor's cache.
+    while len(A) > 2 * BLOCK:
+        whole = len(A) // BLOCK * BLOCK
+        blocks: FloatArray = np.asarray(np.linalg.qr(A[:whole].reshape(-1, BLOCK, 6), mode="r"))
+        A = np.concatenate([blocks.reshape(-1, 6), A[whole:]])
     reduced = np.linalg.qr(A, mode="r") if len(A) > 6 else A
     _, singular, Vt = np.linalg.svd(reduced, full_matrices=True)
     return Vt[5].reshape(3, 2), np.pad(singular, (0, 6 - len(singular)))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from airground.calibration.samples import MotionSamples
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["Observability", "ground_velocity_covariance", "judge"]
+__all__ = ["Observability", "ground_velocity_covariance", "judge", "relative_sigma"]
 
 OK_SIGMA = (
     0.10  # relative deviation of ground velocities up to which a calibration is good to drive on

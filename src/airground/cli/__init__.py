@@ -6,6 +6,7 @@ Exit codes: 0 done, 1 a bug of ours, 2 the command or an input is wrong, 3 the d
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
@@ -38,10 +39,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit code.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    try:
+    with contextlib.suppress(ValueError):  # not in the main thread: leave signals alone
         signal.signal(signal.SIGTERM, _terminate)
-    except ValueError:  # not in the main thread: leave signals alone
-        pass
     try:
         args = build_parser().parse_args(arguments)
         args.command_line = " ".join(["airground", *arguments])

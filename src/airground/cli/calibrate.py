@@ -38,9 +38,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser : ArgumentParser
         The command's own.
     """
-    parser.add_argument("--tracks", type=Path, required=True, metavar="T", help="where targets were seen (CSV)")
-    parser.add_argument("--motion", type=Path, required=True, metavar="M", help="how they moved on the ground (CSV)")
-    parser.add_argument("--out", type=Path, required=True, metavar="C", help="calibration to write (JSON)")
+    parser.add_argument(
+        "--tracks", type=Path, required=True, metavar="T", help="where targets were seen (CSV)"
+    )
+    parser.add_argument(
+        "--motion", type=Path, required=True, metavar="M", help="how they moved on the ground (CSV)"
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="C", help="calibration to write (JSON)"
+    )
     parser.add_argument(
         "--method",
         choices=["linear"],
@@ -60,7 +66,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         default="auto",
         help="lens model (default: %(default)s, which the linear method takes as none)",
     )
-    parser.add_argument("--image-size", type=image_size, metavar="WxH", help="kept with the calibration")
+    parser.add_argument(
+        "--image-size", type=image_size, metavar="WxH", help="kept with the calibration"
+    )
     parser.add_argument(
         "--speed-scale-sigma",
         type=float,
@@ -80,7 +88,9 @@ def run(args: Namespace) -> None:
     """
     started = time.perf_counter()
     if args.distortion == "division":
-        raise InputError("--distortion division: the linear method does not estimate a lens; use none")
+        raise InputError(
+            "--distortion division: the linear method does not estimate a lens; use none"
+        )
     if args.out.resolve() in {args.tracks.resolve(), args.motion.resolve()}:
         raise InputError("--out names an input file; choose another")
     notes = Notes()

@@ -11,6 +11,7 @@ from airground.calibration import Calibration
 from airground.calibration.inspection import Inspection, inspect_calibration
 from airground.cli.output import image_size, print_json, two_numbers
 from airground.errors import InputError
+from airground.records import replacing
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -33,13 +34,23 @@ def add_arguments(parser: ArgumentParser) -> None:
         The command's own.
     """
     parser.add_argument("calibration", type=Path, metavar="C", help="calibration (JSON)")
-    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw horizon, ground grid and scale")
-    parser.add_argument("--image-size", type=image_size, metavar="WxH", help="if the calibration does not hold it")
     parser.add_argument(
-        "--principal-point", type=two_numbers, metavar="U,V", help="in pixels (default: the image's middle)"
+        "--picture", type=Path, metavar="FILE.png", help="draw horizon, ground grid and scale"
     )
     parser.add_argument(
-        "--focal-length-px", type=_positive, metavar="F", help="if known; needed when the camera looks straight down"
+        "--image-size", type=image_size, metavar="WxH", help="if the calibration does not hold it"
+    )
+    parser.add_argument(
+        "--principal-point",
+        type=two_numbers,
+        metavar="U,V",
+        help="in pixels (default: the image's middle)",
+    )
+    parser.add_argument(
+        "--focal-length-px",
+        type=_positive,
+        metavar="F",
+        help="if known; needed when the camera looks straight down",
     )
 
 
@@ -63,7 +74,8 @@ def run(args: Namespace) -> None:
     if args.picture is not None:
         from airground.pictures.inspection import draw_inspection
 
-        draw_inspection(args.picture, calibration, inspection)
+        with replacing(args.picture) as temporary:
+            draw_inspection(temporary, calibration, inspection)
     if args.json:
         print_json(inspection_document(calibration, inspection))
     else:

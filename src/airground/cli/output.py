@@ -21,6 +21,13 @@ class Notes:
         self.lines: list[str] = []
 
     def __call__(self, line: str) -> None:
+        """Keep a remark.
+
+        Parameters
+        ----------
+        line : str
+            One line.
+        """
         self.lines.append(line)
 
     def flush(self) -> None:
@@ -87,7 +94,9 @@ def image_size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,6})[xX](\d{1,6})", text.strip(), flags=re.ASCII)
     size = (int(match[1]), int(match[2])) if match else (0, 0)
     if min(size) < 1:
-        raise argparse.ArgumentTypeError(f"expected WIDTHxHEIGHT in pixels such as 1280x720, not {text!r}")
+        raise argparse.ArgumentTypeError(
+            f"expected WIDTHxHEIGHT in pixels such as 1280x720, not {text!r}"
+        )
     return size
 
 

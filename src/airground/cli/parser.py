@@ -57,7 +57,9 @@ def build_parser() -> argparse.ArgumentParser:
         )
         command.add_arguments(sub)
         sub.add_argument(
-            "--json", action="store_true", help="print one JSON object on stdout, everything else on stderr"
+            "--json",
+            action="store_true",
+            help="print one JSON object on stdout, everything else on stderr",
         )
         sub.set_defaults(run=command.run)
     return parser

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from airground.cli.output import print_json
-from airground.cli.terminal import progress, show
-from airground.studies.reproduce import ITEMS, reproduce
+from airground.cli.terminal import progress, show_tables
+from airground.studies.reproduce import ITEMS, reproduce, tables
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -30,10 +30,18 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser : ArgumentParser
         The command's own.
     """
-    parser.add_argument("items", nargs="*", metavar="ITEM", help=f"any of {', '.join(ITEMS)} (default: all)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="where to put pictures and reproduce.json")
-    parser.add_argument("--trials", type=_count, default=100, metavar="N", help="simulated drives (default: 100)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (default: 0)")
+    parser.add_argument(
+        "items", nargs="*", metavar="ITEM", help=f"any of {', '.join(ITEMS)} (default: all)"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="where to put pictures and reproduce.json"
+    )
+    parser.add_argument(
+        "--trials", type=_count, default=100, metavar="N", help="simulated drives (default: 100)"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="N", help="of the random numbers (default: 0)"
+    )
 
 
 def run(args: Namespace) -> None:
@@ -51,7 +59,7 @@ def run(args: Namespace) -> None:
     if args.json:
         print_json(result)
     else:
-        show(result)
+        show_tables(tables(result))
 
 
 def _count(text: str) -> int:

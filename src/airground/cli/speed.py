@@ -31,9 +31,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser : ArgumentParser
         The command's own.
     """
-    parser.add_argument("--calibration", type=Path, required=True, metavar="C", help="calibration (JSON)")
-    parser.add_argument("--tracks", type=Path, required=True, metavar="T", help="where targets were seen (CSV)")
-    parser.add_argument("--out", type=Path, required=True, metavar="S", help="speeds to write (CSV)")
+    parser.add_argument(
+        "--calibration", type=Path, required=True, metavar="C", help="calibration (JSON)"
+    )
+    parser.add_argument(
+        "--tracks", type=Path, required=True, metavar="T", help="where targets were seen (CSV)"
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="S", help="speeds to write (CSV)"
+    )
 
 
 def run(args: Namespace) -> None:
@@ -60,7 +66,9 @@ def run(args: Namespace) -> None:
     if speeds.beyond:
         notes(f"{speeds.beyond} sightings left out: they lie on or beyond the horizon")
     if speeds.assumed_noise:
-        notes(f"{len(speeds.assumed_noise)} targets are too short to show their noise: taken as 1 px")
+        notes(
+            f"{len(speeds.assumed_noise)} targets are too short to show their noise: taken as 1 px"
+        )
     write_speeds(
         args.out,
         t=speeds.t,

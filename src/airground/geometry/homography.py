@@ -73,7 +73,7 @@ class Collineation:
         inverse : Collineation
             ``<from>_from_<to>``.
         """
-        return Collineation(np.linalg.inv(self.matrix))
+        return Collineation(np.asarray(np.linalg.inv(self.matrix), dtype=np.float64))
 
     def apply(self, xy: ArrayLike) -> FloatArray:
         """Map points (eqs. 4 and 5).

@@ -6,24 +6,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.pictures.style import new_figure, save_png
+from airground.pictures.style import SOFT, dress, new_figure, save_png
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
 
+    from airground.calibration import Tracks
     from airground.calibration.calibration import Calibration
     from airground.calibration.inspection import Inspection
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["draw_grid", "draw_inspection", "grid_spacing"]
+__all__ = ["FLOOR", "draw_grid", "draw_inspection", "draw_tracks", "grid_spacing", "legend"]
 
+FLOOR = "#20262d"
+HORIZON = "#d55e00"
+SCALE = "#b8e0c8"
+TRACKS = ("#56b4e9", "#ffa94d", "#e58fc0", "#f0e442")  # stand out on dark and on slate
 LINES = 14  # about so many grid lines across the ground that is seen
 SAMPLES = 200  # points along a grid line
 
 
-def draw_inspection(path: Path, calibration: Calibration, inspection: Inspection) -> None:
+def draw_inspection(
+    path: Path, calibration: Calibration, inspection: Inspection, *, tracks: Tracks | None = None
+) -> None:
     """Draw the image with horizon, metric grid and scale.
 
     Parameters
@@ -34,49 +41,147 @@ def draw_inspection(path: Path, calibration: Calibration, inspection: Inspection
         What was inspected.
     inspection : Inspection
         What was found.
+    tracks : Tracks, optional
+        Sightings to draw on top.
     """
-    from matplotlib.colors import LogNorm
-    from matplotlib.ticker import FuncFormatter
+    from matplotlib.patches import Rectangle
 
-    u0, v0, u1, v1 = inspection.frame_px
-    aspect = (v1 - v0) / (u1 - u0)
-    figure = new_figure(9.0, 9.0 * min(max(aspect, 0.4), 1.2) * 0.86 + 0.9)
+    u0, v0, u1, v1 = frame = inspection.frame_px
+    view = _with_horizon(inspection)
+    aspect = (view[3] - view[1]) / (view[2] - view[0])
+    figure = new_figure(9.5, 8.0 * min(max(aspect, 0.4), 1.2) + 0.7)
     ax = figure.add_subplot()
+    ax.set_facecolor("white")
+    _draw_scale(ax, calibration, frame)
+    spacing = draw_grid(ax, calibration, frame)
+    if view != frame:
+        a, b, c = inspection.horizon
+        ax.axline(*_two_points(a, b, c), color=HORIZON, linewidth=2.5, label="horizon")
+        ax.add_patch(Rectangle((u0, v0), u1 - u0, v1 - v0, fill=False, edgecolor=SOFT))
+    if tracks is not None:
+        draw_tracks(ax, tracks)
+    elif calibration.fit.region_px is not None:
+        r = calibration.fit.region_px
+        ax.add_patch(
+            Rectangle(
+                r[:2],
+                r[2] - r[0],
+                r[3] - r[1],
+                fill=False,
+                edgecolor="white",
+                linestyle="--",
+                label="driven region",
+            )
+        )
+    ax.plot(
+        *calibration.origin_px,
+        "+",
+        color="white",
+        markersize=12,
+        markeredgewidth=2,
+    )
+    ax.set(xlim=(view[0], view[2]), ylim=(view[3], view[1]))
+    where = "" if view != frame else "; horizon far outside the image"
+    dress(
+        ax,
+        title=f"grid {spacing:g} m; velocities good to {calibration.observability.relative_sigma:.1%}{where}",
+        xlabel="u [px]",
+        ylabel="v [px]",
+        grid=False,
+    )
+    legend(ax)
+    save_png(figure, path)
+
+
+def _with_horizon(inspection: Inspection) -> tuple[float, float, float, float]:
+    """The frame, grown to show the horizon where it is not further away than the frame is high."""
+    u0, v0, u1, v1 = inspection.frame_px
+    a, b, c = inspection.horizon
+    if a == b == 0.0:
+        return u0, v0, u1, v1
+    middle = np.array([(u0 + u1) / 2, (v0 + v1) / 2])
+    distance = float(a * middle[0] + b * middle[1] + c)
+    reach = (v1 - v0) / 2 + (v1 - v0)
+    if abs(distance) > reach:
+        return u0, v0, u1, v1
+    margin = 0.06 * (v1 - v0)
+    foot = middle - distance * np.array([a, b])  # of the perpendicular from the middle
+    low = np.minimum([u0, v0], foot - margin)
+    high = np.maximum([u1, v1], foot + margin)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _draw_scale(
+    ax: Axes, calibration: Calibration, frame: tuple[float, float, float, float]
+) -> None:
+    """Shade the ground by its scale, with labelled lines."""
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm
+
+    u0, v0, u1, v1 = frame
     grid = np.stack(np.meshgrid(np.linspace(u0, u1, 240), np.linspace(v0, v1, 180)), axis=-1)
     scale = np.sqrt(np.prod(calibration.model.pixels_per_metre(grid), axis=-1))
     scale = np.ma.masked_where(~calibration.is_ground(grid), scale)
     largest = float(scale.max())
-    smallest = max(float(scale.min()), largest / 1e3)
-    flat = largest < 3 * smallest
-    image = ax.imshow(
-        np.ma.clip(scale, smallest, largest) if not flat else scale,
+    smallest = max(float(scale.min()), largest / 300)  # towards the horizon it falls to nothing
+    slate = LinearSegmentedColormap.from_list("slate", [FLOOR, "#76899b"])
+    ax.imshow(
+        np.ma.clip(scale, smallest, largest),
         extent=(u0, u1, v1, v0),
-        norm=None if flat else LogNorm(smallest, largest),
-        cmap="viridis",
+        norm=LogNorm(smallest, largest),
+        cmap=slate,
         interpolation="bilinear",
         aspect="equal",
     )
-    bar = figure.colorbar(image, ax=ax, shrink=0.85, pad=0.02)
-    bar.set_label("scale [px/m], geometric mean over headings")
-    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    spacing = draw_grid(ax, calibration, inspection.frame_px)
-    a, b, c = inspection.horizon
-    if inspection.horizon_in_frame:
-        ax.axline(*_two_points(a, b, c), color="#d62728", linewidth=2.5, label="horizon")
-    ax.plot(*calibration.origin_px, "+", color="white", markersize=12, markeredgewidth=2, label="ground origin")
-    if calibration.fit.region_px is not None:
-        r = calibration.fit.region_px
-        ax.plot(
-            [r[0], r[2], r[2], r[0], r[0]], [r[1], r[1], r[3], r[3], r[1]], "--", color="white", label="driven region"
+    levels = _round_levels(smallest, largest)
+    if levels:
+        lines = ax.contour(
+            grid[..., 0], grid[..., 1], scale, levels=levels, colors=SCALE, linewidths=1.0
         )
-    ax.set(xlim=(u0, u1), ylim=(v1, v0), xlabel="u [px]", ylabel="v [px]")
-    ax.set_title(
-        f"grid {spacing:g} m; ground velocities good to "
-        f"{calibration.observability.relative_sigma:.1%} where the robot drove",
-        fontsize=11,
+        ax.clabel(lines, fmt=lambda x: f"{x:g} px/m", fontsize=9)
+
+
+def _round_levels(low: float, high: float) -> list[float]:
+    """At most six round numbers between two."""
+    for digits in ((1, 1.5, 2, 2.5, 3, 4, 5, 6, 8), (1, 2, 3, 5), (1, 2, 5), (1, 3), (1,)):
+        powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+        levels = [float(d * p) for p in powers for d in digits if low < d * p < high]
+        if len(levels) <= 6:
+            return levels
+    return levels[:: 1 + len(levels) // 6]
+
+
+def legend(ax: Axes) -> None:
+    """Put a legend on a dark view.
+
+    Parameters
+    ----------
+    ax : Axes
+        With labelled artists.
+    """
+    ax.legend(
+        loc="lower right",
+        framealpha=0.85,
+        facecolor=FLOOR,
+        edgecolor=SOFT,
+        labelcolor="white",
+        fontsize=9,
+        markerscale=2.5,
     )
-    ax.legend(loc="lower right", framealpha=0.85, facecolor="#4a4a4a", labelcolor="white", fontsize=9)
-    save_png(figure, path)
+
+
+def draw_tracks(ax: Axes, tracks: Tracks) -> None:
+    """Draw sightings, one colour for each target.
+
+    Parameters
+    ----------
+    ax : Axes
+        In pixels, v down.
+    tracks : Tracks
+        Sightings.
+    """
+    for k, name in enumerate(tracks.targets):
+        uv = tracks.uv[tracks.rows(name)]
+        ax.plot(uv[:, 0], uv[:, 1], ".", color=TRACKS[k % len(TRACKS)], markersize=2.5, label=name)
 
 
 def grid_spacing(extent: float) -> float:
@@ -98,7 +203,11 @@ def grid_spacing(extent: float) -> float:
 
 
 def draw_grid(
-    ax: Axes, calibration: Calibration, frame: tuple[float, float, float, float], *, color: str = "white"
+    ax: Axes,
+    calibration: Calibration,
+    frame: tuple[float, float, float, float],
+    *,
+    color: str = "white",
 ) -> float:
     """Draw lines of constant ground x and y over the image.
 
@@ -134,12 +243,19 @@ def draw_grid(
             line = np.empty((SAMPLES, 2))
             line[:, axis] = k * spacing
             line[:, 1 - axis] = np.linspace(low[1 - axis], high[1 - axis], SAMPLES)
-            _draw_line(ax, calibration.model.image_position(line, calibration.origin_px), color, bold=k == 0)
+            _draw_line(
+                ax,
+                calibration.model.image_position(line, calibration.origin_px),
+                color,
+                bold=k == 0,
+            )
     return spacing
 
 
 def _draw_line(ax: Axes, uv: FloatArray, color: str, *, bold: bool) -> None:
-    ax.plot(uv[:, 0], uv[:, 1], color=color, linewidth=1.4 if bold else 0.6, alpha=0.9 if bold else 0.55)
+    ax.plot(
+        uv[:, 0], uv[:, 1], color=color, linewidth=1.4 if bold else 0.6, alpha=0.9 if bold else 0.55
+    )
 
 
 def _two_points(a: float, b: float, c: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -138,7 +138,7 @@ def drive_eight(eight: FigureEight, duration_s: float) -> Path:
     tangent = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     middle = (length[:-1] + length[1:]) / 2
 
-    t = np.arange(round(duration_s / STEP_S) + 1) * STEP_S
+    t: FloatArray = np.arange(round(duration_s / STEP_S) + 1, dtype=np.float64) * STEP_S
     way = eight.speed_mps * t
     # An eight turns as far left as right, so the heading repeats with the rounds.
     theta = np.interp(way, middle, tangent, period=length[-1])

@@ -41,7 +41,9 @@ class SimCamera:
         try:
             w = np.linalg.solve(G, middle)  # eq. 2
         except np.linalg.LinAlgError as error:
-            raise InputError("image_from_ground is singular: the camera lies in the ground") from error
+            raise InputError(
+                "image_from_ground is singular: the camera lies in the ground"
+            ) from error
         if abs(w[2]) <= 1e-12 * float(np.abs(w).max()):
             raise InputError("the middle of the image lies on the horizon, it must show ground")
         # The ground point w / w[2] has depth 1 / w[2].

@@ -37,9 +37,10 @@ def arc(theta: ArrayLike, v: ArrayLike, omega: ArrayLike, dt: ArrayLike) -> Floa
     step : (..., 2) array [m]
         Displacement.
     """
-    turn = np.asarray(omega, dtype=np.float64) * dt
-    chord = np.asarray(v, dtype=np.float64) * dt * np.sinc(turn / (2 * np.pi))  # sinc(x) is sin(pi x) / (pi x)
-    middle = np.asarray(theta, dtype=np.float64) + turn / 2
+    theta, v, omega, dt = (np.asarray(a, dtype=np.float64) for a in (theta, v, omega, dt))
+    turn = omega * dt
+    chord = v * dt * np.sinc(turn / (2 * np.pi))  # np.sinc(x) is sin(pi x) / (pi x)
+    middle = theta + turn / 2
     return np.stack(np.broadcast_arrays(chord * np.cos(middle), chord * np.sin(middle)), axis=-1)
 
 

@@ -48,8 +48,23 @@ class Transit:
 class World:
     """What there is; how it is measured stands in `calibration_drive`."""
 
-    camera: SimCamera
-    """The fixed camera."""
+    focal_length_px: float
+    """Of the fixed camera [px]."""
+
+    tilt_rad: float
+    """Angle of its optical axis from straight down [rad]."""
+
+    roll_rad: float
+    """Turn of "up" in its image, from -v towards +u [rad]."""
+
+    heading_rad: float
+    """Where it looks on the ground, counter-clockwise from x [rad]."""
+
+    height_m: float
+    """Of its centre above the ground [m]."""
+
+    image_size_px: tuple[int, int]
+    """Width and height of its image [px]."""
 
     floor: str
     """Name of the floor's picture: checked, concrete, ..."""
@@ -63,6 +78,18 @@ class World:
     cart: Transit
     """A third party, seen but never read."""
 
+    @property
+    def camera(self) -> SimCamera:
+        """The fixed camera, above the ground's origin."""
+        return SimCamera.looking_down(
+            focal_length_px=self.focal_length_px,
+            tilt_rad=self.tilt_rad,
+            roll_rad=self.roll_rad,
+            heading_rad=self.heading_rad,
+            height_m=self.height_m,
+            image_size_px=self.image_size_px,
+        )
+
 
 def demo_world() -> World:
     """The world of `airground demo`: 1280x720, camera 3.2 m above a floor, tilted by 38 degrees.
@@ -72,18 +99,17 @@ def demo_world() -> World:
     world : World
         Always the same.
     """
-    camera = SimCamera.looking_down(
+    return World(
         focal_length_px=900.0,
         tilt_rad=radians(38),
         roll_rad=radians(4),
         heading_rad=radians(90),
         height_m=3.2,
         image_size_px=(1280, 720),
-    )
-    return World(
-        camera=camera,
         floor="warehouse",
         robot="robot",
         path=FigureEight(centre_m=(0.05, 2.45), half_size_m=(1.7, 1.05)),
-        cart=Transit("cart", start_m=(-4.5, 3.55), heading_rad=radians(-5), speed_mps=0.5, start_s=20.0),
+        cart=Transit(
+            "cart", start_m=(-4.5, 3.55), heading_rad=radians(-5), speed_mps=0.5, start_s=20.0
+        ),
     )

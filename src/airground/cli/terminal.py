@@ -1,0 +1,110 @@
+"""Tables and progress on a terminal; plain text in a pipe."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from airground.studies.report import figure_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+    from pathlib import Path
+
+    from airground.studies.demo import Demo
+
+__all__ = ["progress", "show_demo", "show_tables", "status"]
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar on stderr, on a terminal only.
+
+    Parameters
+    ----------
+    title : str
+        What is being done.
+
+    Yields
+    ------
+    advance : callable
+        Takes how much is done, and of how much.
+    """
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        task = bar.add_task(title, total=None)
+
+        def advance(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+
+        yield advance
+
+
+@contextmanager
+def status() -> Iterator[Callable[[str], None]]:
+    """Show what is being done on stderr, on a terminal only.
+
+    Yields
+    ------
+    say : callable
+        Takes one line.
+    """
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    with console.status("start") as spinner:
+        yield spinner.update
+
+
+def show_tables(tables: Iterable[Table]) -> None:
+    """Print tables on stdout.
+
+    Parameters
+    ----------
+    tables : iterable of Table
+        One after the other.
+    """
+    console = _paper()
+    for table in tables:
+        console.print(table)
+
+
+def show_demo(demo: Demo, out: Path) -> None:
+    """Print the demo's figures and files.
+
+    Parameters
+    ----------
+    demo : Demo
+        What to print.
+    out : Path
+        Where its files are.
+    """
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for title in ("what", "found", "truth", ""):
+        table.add_column(title)
+    for row in figure_rows(demo):
+        table.add_row(*row)
+    console = _paper()
+    console.print(table)
+    console.print(
+        f"\n{demo.elapsed_s:.1f} s; open [bold]{out / 'report.html'}[/bold]", soft_wrap=True
+    )
+
+
+def _paper() -> Console:
+    """Where tables go: as wide as the terminal, or wide enough for all of them in a pipe or a file."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=140)

@@ -1,0 +1,173 @@
+"""The main job, end to end, in the embedded world: drive, record, calibrate, measure, report.
+
+What is estimated comes from the recorded files alone, read back from disk. The world's truth is only compared with.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airground.calibration import Provenance, Speeds, calibrate, measure_speeds
+from airground.calibration.inspection import Inspection, inspect_calibration
+from airground.errors import FileError
+from airground.geometry import n_error, velocity_map_error
+from airground.records import read_motion, read_tracks, write_motion, write_speeds, write_tracks
+from airground.sim import CalibrationDrive, DriveNoise, World, calibration_drive, demo_world
+from airground.studies.report import write_report
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from airground.calibration import Calibration, Tracks
+
+__all__ = ["Demo", "run_demo"]
+
+CLOCKS_APART_S = 0.08  # the robot's clock is ahead of the camera's; calibration has to find that
+SURE = 1.96  # standard deviations that hold 95 per cent
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Demo:
+    """What the demo did and how well."""
+
+    world: World
+    """The truth."""
+
+    drive: CalibrationDrive
+    """What was recorded, and the true path."""
+
+    tracks: Tracks
+    """The recording, as read back."""
+
+    calibration: Calibration
+    """The estimate."""
+
+    inspection: Inspection
+    """What it says."""
+
+    speeds: Speeds
+    """Measured ground velocities of robot and cart."""
+
+    n: float
+    """Error of g (eq. 22)."""
+
+    map_error: float
+    """Relative error of ground velocities over the driven region and all headings."""
+
+    cart_speed_mps: float
+    """Mean of the cart's measured speed [m/s]."""
+
+    cart_rms_mps: float
+    """Root mean square error of the cart's measured speed [m/s]."""
+
+    cart_covered: float
+    """Share of the cart's speeds whose stated 95 % interval holds the truth."""
+
+    elapsed_s: float
+    """Time it took [s]."""
+
+    def document(self) -> dict[str, float]:
+        """Give the JSON object of the demo.
+
+        Returns
+        -------
+        document : dict
+            Figures by name, with units.
+        """
+        c = self.calibration
+        return {
+            "n": self.n,
+            "map_error": self.map_error,
+            "relative_sigma": c.observability.relative_sigma,
+            "time_offset_s": c.time_offset_s,
+            "time_offset_sigma_s": c.time_offset_sigma_s,
+            "time_offset_true_s": CLOCKS_APART_S,
+            "cart_speed_mps": self.cart_speed_mps,
+            "cart_speed_true_mps": float(np.linalg.norm(self.drive.cart_xy_dot)),
+            "cart_rms_mps": self.cart_rms_mps,
+            "cart_covered": self.cart_covered,
+            "elapsed_s": self.elapsed_s,
+        }
+
+
+def run_demo(out: Path, *, seed: int, command: str, say: Callable[[str], None]) -> Demo:
+    """Run the demo and write its files.
+
+    Parameters
+    ----------
+    out : Path
+        Folder to write to; made where it is missing.
+    seed : int
+        Of all random numbers.
+    command : str
+        Command line, for the calibration's provenance.
+    say : callable
+        Is told what is being done.
+
+    Returns
+    -------
+    demo : Demo
+        Results and figures.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be made.
+    """
+    started = time.perf_counter()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(str(out), f"cannot be made: {error.strerror or error}") from error
+
+    say("drive the robot and watch it")
+    world = demo_world()
+    drive = calibration_drive(
+        world, np.random.default_rng(seed), noise=DriveNoise(time_offset_s=CLOCKS_APART_S)
+    )
+    write_tracks(out / "tracks.csv", drive.tracks)
+    write_motion(out / "motion.csv", drive.motion)
+
+    say("calibrate from the recording")
+    tracks, motion = read_tracks(out / "tracks.csv"), read_motion(out / "motion.csv")
+    calibration = calibrate(tracks, motion, image_size_px=world.camera.image_size_px)
+    calibration = replace(calibration, provenance=Provenance(command=command))
+    calibration.save(out / "calibration.json")
+
+    say("measure everybody's speed")
+    speeds = measure_speeds(calibration, tracks)
+    write_speeds(
+        out / "speeds.csv",
+        t=speeds.t,
+        targets=speeds.targets,
+        target_index=speeds.target_index,
+        uv=speeds.uv,
+        xy_dot=speeds.xy_dot,
+        speed_sigma=speeds.speed_sigma,
+    )
+    cart = speeds.target_index == speeds.targets.index(drive.cart)
+    off = speeds.speed[cart] - float(np.linalg.norm(drive.cart_xy_dot))
+    seen = tracks.uv[tracks.rows(world.robot)]
+    demo = Demo(
+        world=world,
+        drive=drive,
+        tracks=tracks,
+        calibration=calibration,
+        inspection=inspect_calibration(calibration),
+        speeds=speeds,
+        n=float(n_error(world.camera.g, calibration.model)),
+        map_error=velocity_map_error(world.camera.g, calibration.model, seen),
+        cart_speed_mps=float(speeds.speed[cart].mean()),
+        cart_rms_mps=float(np.sqrt(np.mean(off**2))),
+        cart_covered=float(np.mean(np.abs(off) < SURE * speeds.speed_sigma[cart])),
+        elapsed_s=0.0,
+    )
+    say("draw the report")
+    demo = replace(demo, elapsed_s=time.perf_counter() - started)
+    write_report(out, demo)
+    return replace(demo, elapsed_s=time.perf_counter() - started)

@@ -1,0 +1,77 @@
+"""What a table or figure of the paper is, to `reproduce`: something to compute, to print and to draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from airground.studies.sheet import Sheet
+from airground.studies.simulation import Progress, Trials, run_trials
+
+__all__ = ["Document", "Item", "Outcome", "Work", "unobservable_note"]
+
+Document = dict[str, Any]
+"""A JSON object."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What all items of one call share; the simulation is run once, when the first of them asks."""
+
+    trials: int
+    """How many."""
+
+    seed: int
+    """Of all of them."""
+
+    progress: Progress | None = None
+    """Told how far it is."""
+
+    @cached_property
+    def simulation(self) -> Trials:
+        """Trials of the paper's simulation."""
+        return run_trials(trials=self.trials, seed=self.seed, progress=self.progress)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What an item gives."""
+
+    document: Document
+    """Its JSON object."""
+
+    draw: Callable[[Path], None] | None = None
+    """Draws it into a PNG, where it is a figure."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A table or a figure of the paper."""
+
+    compute: Callable[[Work], Outcome]
+    """Runs it."""
+
+    sheet: Callable[[Mapping[str, Any]], Sheet]
+    """Table for people, from the JSON object alone."""
+
+
+def unobservable_note(document: Mapping[str, Any]) -> str:
+    """Say how many trials gave no estimate.
+
+    Parameters
+    ----------
+    document : mapping
+        JSON object of an item.
+
+    Returns
+    -------
+    note : str
+        Empty if all did.
+    """
+    missing = document.get("unobservable_trials", 0)
+    if not missing:
+        return ""
+    return f"{missing} of {document['trials']} trials leave g undetermined; figures are over the others"

@@ -1,0 +1,181 @@
+"""The demo's report: one HTML file with its pictures in it."""
+
+from __future__ import annotations
+
+import base64
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airground._version import __version__
+from airground.pictures.demo import draw_ground, draw_overview, draw_speeds
+from airground.pictures.inspection import draw_inspection
+from airground.records import replacing, write_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from airground.geometry import FloatArray
+    from airground.studies.demo import Demo
+
+__all__ = ["figure_rows", "write_report"]
+
+PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>airground demo</title>
+<style>
+:root {{ color-scheme: light dark; --ink: #1c2530; --soft: #5b6774; --paper: #fff; --line: #d8dee5;
+  --accent: #0b6e99; }}
+@media (prefers-color-scheme: dark) {{
+  :root {{ --ink: #e6ebf0; --soft: #9aa7b4; --paper: #12171d; --line: #2c3640; --accent: #58b7e0; }}
+}}
+* {{ box-sizing: border-box; }}
+body {{ margin: 0 auto; max-width: 62rem; padding: 2rem 1.25rem 4rem; background: var(--paper); color: var(--ink);
+  font: 16px/1.55 system-ui, sans-serif; }}
+h1 {{ font-size: 1.9rem; margin: 0; }}
+h2 {{ font-size: 1.2rem; margin: 2.4rem 0 .4rem; }}
+p {{ max-width: 46rem; margin: .4rem 0 1rem; }}
+.soft {{ color: var(--soft); }}
+.wide {{ overflow-x: auto; }}
+table {{ border-collapse: collapse; width: 100%; }}
+th, td {{ text-align: left; padding: .45rem .9rem .45rem 0; border-bottom: 1px solid var(--line);
+  vertical-align: top; }}
+td.number {{ font-variant-numeric: tabular-nums; white-space: nowrap; }}
+th {{ font-weight: 600; color: var(--soft); }}
+img {{ display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 6px;
+  background: #fff; }}
+code {{ font-size: .92em; color: var(--accent); }}
+</style>
+</head>
+<body>
+<h1>One drive, no checkerboard: a camera calibrated</h1>
+<p class="soft">airground {version}, simulated world, seed-determined. Everything below was computed from
+<code>tracks.csv</code> (where the robot was seen) and <code>motion.csv</code> (its compass and odometer).</p>
+<div class="wide"><table>
+<tr><th>what</th><th>found</th><th>truth</th><th></th></tr>
+{rows}
+</table></div>
+<h2>What the camera saw, and what the calibration knows</h2>
+<p>The robot's figure eight and a passing cart, in pixels. The white lines are a metric grid on the floor that nobody
+ever measured.</p>
+<img alt="Camera view with tracks, metric grid and scale" src="{view}">
+<h2>The same drive on the floor</h2>
+<p>Sightings taken to metres by the calibration, over the true path. The origin of the ground frame is free, so it was
+moved onto the truth's; nothing was turned or stretched.</p>
+<img alt="Rectified path over the true path" src="{ground}">
+<h2>Everybody's speed, with an error bar</h2>
+<p>The cart carries nothing and says nothing: its speed comes from its image and the calibration. Bands hold 95 %.</p>
+<img alt="Measured speeds of robot and cart with 95 per cent bands" src="{speeds}">
+</body>
+</html>
+"""
+
+
+def write_report(out: Path, demo: Demo) -> None:
+    """Write ``report.html`` and its pictures.
+
+    Parameters
+    ----------
+    out : Path
+        Folder, which exists.
+    demo : Demo
+        What to report.
+    """
+    truth = {
+        demo.world.robot: demo.world.path.speed_mps,
+        demo.drive.cart: float(np.linalg.norm(demo.drive.cart_xy_dot)),
+    }
+    with replacing(out / "view.png") as temporary:
+        draw_inspection(temporary, demo.calibration, demo.inspection, tracks=demo.tracks)
+    with replacing(out / "ground.png") as temporary:
+        draw_ground(
+            temporary, demo.calibration, demo.tracks, demo.world.robot, _true_positions(demo)
+        )
+    with replacing(out / "speeds.png") as temporary:
+        draw_speeds(temporary, demo.speeds, truth)
+    with replacing(out / "overview.png") as temporary:
+        draw_overview(
+            temporary, demo.calibration, demo.inspection, demo.tracks, demo.speeds, truth=truth
+        )
+    rows = "\n".join(
+        f'<tr><td>{escape(what)}</td><td class="number">{escape(found)}</td>'
+        f'<td class="number">{escape(true)}</td><td class="soft">{escape(remark)}</td></tr>'
+        for what, found, true, remark in figure_rows(demo)
+    )
+    pictures = {name: _inline(out / f"{name}.png") for name in ("view", "ground", "speeds")}
+    write_text(out / "report.html", PAGE.format(version=escape(__version__), rows=rows, **pictures))
+
+
+def _true_positions(demo: Demo) -> FloatArray:
+    """True positions of the robot at its sightings."""
+    return demo.drive.path.at(demo.tracks.t[demo.tracks.rows(demo.world.robot)])[0]
+
+
+def figure_rows(demo: Demo) -> list[tuple[str, str, str, str]]:
+    """Figures of the demo, for people.
+
+    Parameters
+    ----------
+    demo : Demo
+        What to report.
+
+    Returns
+    -------
+    rows : list of (str, str, str, str)
+        What, found, truth, remark.
+    """
+    d, c = demo.document(), demo.calibration
+    rows = [
+        ("error of g, n (eq. 22)", f"{d['n']:.4f}", "0", "the paper's robot: 0.0563 on average"),
+        (
+            "error of ground velocities",
+            f"{d['map_error']:.2%}",
+            "0",
+            f"stated deviation {d['relative_sigma']:.2%}",
+        ),
+        (
+            "clock offset",
+            f"{d['time_offset_s'] * 1e3:.0f} ms",
+            f"{d['time_offset_true_s'] * 1e3:.0f} ms",
+            f"stated deviation {d['time_offset_sigma_s'] * 1e3:.0f} ms",
+        ),
+        (
+            "cart's speed, mean",
+            f"{d['cart_speed_mps']:.3f} m/s",
+            f"{d['cart_speed_true_mps']:.3f} m/s",
+            f"rms error of each {d['cart_rms_mps']:.3f} m/s; {d['cart_covered']:.0%} inside the stated 95 %",
+        ),
+    ]
+    estimate = demo.inspection.camera
+    if estimate is not None:
+        k = estimate.camera
+        rows += [
+            (
+                "camera height",
+                f"{k.height_m:.2f} m",
+                f"{demo.world.height_m:.2f} m",
+                f"stated deviation {estimate.height_sigma_m:.2f} m",
+            ),
+            (
+                "camera tilt",
+                f"{k.tilt_deg:.1f} degrees",
+                f"{np.degrees(demo.world.tilt_rad):.1f} degrees",
+                f"stated deviation {np.degrees(estimate.tilt_sigma_rad):.1f} degrees",
+            ),
+            (
+                "focal length",
+                f"{k.focal_length_px:.0f} px",
+                f"{demo.world.focal_length_px:.0f} px",
+                f"stated deviation {estimate.focal_length_sigma_px:.0f} px",
+            ),
+        ]
+    rows.append(("sightings used", f"{c.fit.sightings}", "", f"residual {c.fit.rms_px:.2f} px"))
+    return rows
+
+
+def _inline(path: Path) -> str:
+    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()

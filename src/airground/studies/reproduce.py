@@ -1,0 +1,122 @@
+"""The paper's tables and figures: run, collect, draw, print. Later items plug into `ITEMS`."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from airground.errors import FileError, InputError
+from airground.records.atomic import replacing, write_text
+from airground.studies.fig4 import FIG4
+from airground.studies.fig5 import FIG5
+from airground.studies.item import Item, Outcome, Work
+from airground.studies.sheet import rich_table
+from airground.studies.table1 import TABLE1
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from rich.table import Table
+
+    from airground.studies.simulation import Progress
+
+__all__ = ["ITEMS", "LATER", "reproduce", "tables"]
+
+ITEMS: dict[str, Item] = {"table1": TABLE1, "fig4": FIG4, "fig5": FIG5}
+"""What can be reproduced, in the paper's order."""
+
+LATER = ("table2", "fig7", "fig8", "fig9", "fig10", "fig11", "moving")
+"""What the paper has and `ITEMS` has not yet."""
+
+
+def reproduce(
+    items: Sequence[str],
+    *,
+    trials: int = 100,
+    seed: int = 0,
+    out: Path | None = None,
+    progress: Progress | None = None,
+) -> dict[str, object]:
+    """Run the paper's experiments.
+
+    Parameters
+    ----------
+    items : sequence of str
+        Keys of `ITEMS`; none for all of them.
+    trials : int
+        Simulated drives.
+    seed : int
+        Of all random numbers.
+    out : Path, optional
+        Folder for pictures and ``reproduce.json``; made where it is missing.
+    progress : callable, optional
+        Told how many trials are done, and of how many.
+
+    Returns
+    -------
+    result : dict
+        The JSON object: one entry per item, paper beside ours.
+
+    Raises
+    ------
+    InputError
+        If an item is not known or not built yet, `trials` is less than one, or `seed` is negative.
+    FileError
+        If `out` cannot be made or written to.
+    """
+    names = _chosen(items)
+    if trials < 1:
+        raise InputError(f"trials must be 1 or more, not {trials}")
+    if seed < 0:
+        raise InputError(f"seed must be 0 or more, not {seed}")
+    if out is not None:
+        _make(out)  # before the long work, not after
+    work = Work(trials, seed, progress)
+    outcomes = {name: ITEMS[name].compute(work) for name in names}
+    result: dict[str, object] = {name: outcome.document for name, outcome in outcomes.items()}
+    if out is not None:
+        _write(out, outcomes, result)
+    return result
+
+
+def tables(result: Mapping[str, Any]) -> list[Table]:
+    """Tables for the terminal, from what `reproduce` gave.
+
+    Parameters
+    ----------
+    result : mapping
+        The JSON object.
+
+    Returns
+    -------
+    tables : list of rich.table.Table
+        One per item.
+    """
+    return [rich_table(ITEMS[name].sheet(document)) for name, document in result.items()]
+
+
+def _chosen(items: Sequence[str]) -> list[str]:
+    """Each item once, in the order asked for."""
+    known = ", ".join(ITEMS)
+    for name in items:
+        if name in LATER:
+            raise InputError(f"{name} comes in a later version; there are {known}")
+        if name not in ITEMS:
+            raise InputError(f"there is no item {name!r}; there are {known}")
+    return list(dict.fromkeys(items)) or list(ITEMS)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(str(folder), f"cannot be made: {error.strerror or error}") from error
+
+
+def _write(out: Path, outcomes: Mapping[str, Outcome], result: Mapping[str, object]) -> None:
+    for name, outcome in outcomes.items():
+        if outcome.draw is not None:
+            with replacing(out / f"{name}.png") as temporary:
+                outcome.draw(temporary)
+    write_text(out / "reproduce.json", json.dumps(result, indent=2, allow_nan=False) + "\n")

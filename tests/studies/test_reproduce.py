@@ -1,0 +1,203 @@
+"""`reproduce`: what comes out, what is written, what is refused."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from rich.console import Console
+
+from airground.errors import FileError, InputError
+from airground.geometry import n_error
+from airground.studies import reproduce as module
+from airground.studies.fig5 import delta
+from airground.studies.item import Item, Outcome, Work
+from airground.studies.reproduce import ITEMS, LATER, reproduce, tables
+from airground.studies.sheet import Sheet, markdown
+from airground.studies.simulation import run_trials
+from airground.studies.table1 import typical_trial
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def result() -> dict[str, Any]:
+    return reproduce([], trials=100, seed=0)
+
+
+def test_no_item_means_all_that_exist(result: dict[str, Any]) -> None:
+    assert list(result) == list(ITEMS) == ["table1", "fig4", "fig5"]
+    assert json.loads(json.dumps(result, allow_nan=False)) == result
+
+
+def test_fig4(result: dict[str, Any]) -> None:
+    fig4 = result["fig4"]
+    assert set(fig4) == {"paper", "linear", "bound", "trials"}
+    assert fig4["paper"] == {"n_mean": 0.2519, "n_median": 0.2292}
+    assert set(fig4["linear"]) == {"n_mean", "n_median"}
+    assert set(fig4["bound"]) == {"n_rms"}
+    assert fig4["trials"] == 100
+    outcome = run_trials(trials=100, seed=0)
+    n = [
+        np.sqrt(np.sum((outcome.g - g) ** 2) / np.sum(outcome.g**2)) for g in outcome.g_hat
+    ]  # eq. 22, written out
+    assert fig4["linear"]["n_mean"] == pytest.approx(np.mean(n))
+    assert fig4["linear"]["n_median"] == pytest.approx(np.median(n))
+    assert 0.2 < fig4["linear"]["n_mean"] < 0.35
+    assert fig4["bound"]["n_rms"] < fig4["linear"]["n_median"]
+
+
+def test_fig5(result: dict[str, Any]) -> None:
+    fig5 = result["fig5"]
+    assert set(fig5) == {"paper", "linear", "ideal_g", "trials"}
+    assert fig5["paper"] == {"delta_mean_pxps": 2.7016, "delta_median_pxps": 2.6592}
+    for name in ("linear", "ideal_g"):
+        assert set(fig5[name]) == {"delta_mean_pxps", "delta_median_pxps"}
+    # The paper's figures are those of noisy measurements through the true g.
+    assert fig5["ideal_g"]["delta_mean_pxps"] == pytest.approx(2.7016, abs=0.12)
+    assert fig5["ideal_g"]["delta_median_pxps"] == pytest.approx(2.6592, abs=0.15)
+    assert fig5["linear"]["delta_mean_pxps"] > 3.5
+
+
+def test_delta_is_the_mean_length_of_the_errors() -> None:
+    outcome = run_trials(trials=3, seed=5)
+    expected = []
+    for g, samples, ideal in zip(outcome.g_hat, outcome.samples, outcome.ideal_uv_dot, strict=True):
+        lengths = []
+        for (u, v), w, truth in zip(samples.uv, samples.xy_dot, ideal, strict=True):
+            nearness = np.linalg.det(np.column_stack([g, [u, v, 1]]))  # (G1 x G2) . c
+            by_eq_15 = nearness * np.array([[1, 0, -u], [0, 1, -v]]) @ g @ w
+            lengths.append(np.hypot(*(by_eq_15 - truth)))
+        expected.append(np.mean(lengths))
+    assert_allclose(delta(outcome, outcome.g_hat), expected, rtol=1e-9)
+
+
+def test_table1(result: dict[str, Any]) -> None:
+    table1 = result["table1"]
+    assert table1["ideal"] == [[-8.8347, -2.0486], [-0.219, 3.3972], [-0.00065, -0.0048]]
+    assert table1["paper_sim"] == [[-9.4843, -2.5053], [-0.4463, 3.5419], [-0.0022, -0.0052]]
+    assert np.shape(table1["linear"]) == (3, 2)
+    outcome = run_trials(trials=100, seed=0)
+    n = np.sort(n_error(outcome.g, outcome.g_hat))
+    assert table1["n"]["linear"] == n[49]  # the lower middle of 100
+    assert table1["n"]["linear"] == pytest.approx(n_error(table1["ideal"], table1["linear"]))
+    assert table1["n"]["paper_sim"] == pytest.approx(0.0866, abs=5e-5)
+
+
+def test_the_typical_trial_is_one_of_them() -> None:
+    assert typical_trial(np.array([3.0, 1.0, 2.0])) == 2
+    assert typical_trial(np.array([4.0, 1.0, 3.0, 2.0])) == 3
+    assert typical_trial(np.array([7.0])) == 0
+
+
+def test_the_simulation_is_run_once_for_all_items() -> None:
+    told: list[int] = []
+    reproduce(["fig4", "fig5", "table1"], trials=3, progress=lambda done, _: told.append(done))
+    assert told == [1, 2, 3]
+
+
+def test_items_come_in_the_order_asked_for_and_once() -> None:
+    assert list(reproduce(["fig5", "table1", "fig5"], trials=2)) == ["fig5", "table1"]
+
+
+def test_files(tmp_path: Path) -> None:
+    out = tmp_path / "a" / "b"
+    given = reproduce(["table1", "fig4", "fig5"], trials=20, out=out)
+    assert sorted(path.name for path in out.iterdir()) == ["fig4.png", "fig5.png", "reproduce.json"]
+    assert json.loads((out / "reproduce.json").read_text("utf-8")) == given
+    for name in ("fig4", "fig5"):
+        assert (out / f"{name}.png").read_bytes().startswith(PNG)
+
+
+def test_the_same_seed_writes_the_same_files(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        reproduce(["fig4"], trials=10, seed=3, out=tmp_path / name)
+    for name in ("fig4.png", "reproduce.json"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def test_one_trial_is_enough_to_draw(tmp_path: Path) -> None:
+    assert reproduce([], trials=1, out=tmp_path)["fig4"]["trials"] == 1  # type: ignore[index]
+    assert (tmp_path / "fig5.png").stat().st_size > 1000
+
+
+def test_a_picture_that_fails_leaves_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "fig4.png").write_bytes(b"old")
+
+    def draw(path: Path) -> None:
+        path.write_bytes(b"half")
+        raise KeyboardInterrupt
+
+    broken = Item(lambda _: Outcome({}, draw), ITEMS["fig4"].sheet)
+    monkeypatch.setitem(module.ITEMS, "fig4", broken)
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(["fig4"], trials=1, out=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["fig4.png"]
+    assert (tmp_path / "fig4.png").read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("item", LATER)
+def test_items_that_are_not_built_yet_are_refused(item: str) -> None:
+    with pytest.raises(InputError, match=f"{item} comes in a later version.*table1, fig4, fig5"):
+        reproduce(["fig4", item], trials=1)
+
+
+@pytest.mark.parametrize("item", ["fig6", "", "FIG4", "all"])
+def test_unknown_items_are_refused_with_those_there_are(item: str) -> None:
+    with pytest.raises(InputError, match="table1, fig4, fig5"):
+        reproduce([item], trials=1)
+
+
+@pytest.mark.parametrize(
+    ("trials", "seed", "name"), [(0, 0, "trials"), (-1, 0, "trials"), (1, -1, "seed")]
+)
+def test_impossible_numbers_are_refused_before_anything_is_made(
+    tmp_path: Path, trials: int, seed: int, name: str
+) -> None:
+    with pytest.raises(InputError, match=name):
+        reproduce([], trials=trials, seed=seed, out=tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    told: list[int] = []
+    with pytest.raises(FileError, match="cannot be made"):
+        reproduce([], trials=2, out=tmp_path / "file" / "x", progress=lambda d, _: told.append(d))
+    assert told == []
+
+
+def test_tables_show_paper_beside_ours(result: dict[str, Any]) -> None:
+    console = Console(width=120, color_system=None)
+    with console.capture() as captured:
+        console.print(*tables(result))
+    shown = captured.get()
+    for wanted in ("0.2519", "0.2292", "2.7016", "2.6592", "-9.4843", "-0.00480", "[px/s]"):
+        assert wanted in shown
+    for name, key in (("fig4", "n_mean"), ("fig5", "delta_median_pxps")):
+        assert f"{result[name]['linear'][key]:.4f}" in shown
+
+
+def test_trials_without_an_estimate_are_reported() -> None:
+    outcome = run_trials(trials=6)
+    lame = type(outcome)(outcome.g, outcome.g_hat, outcome.samples, outcome.ideal_uv_dot, 4)
+    work = Work(10, 0)
+    work.__dict__["simulation"] = lame
+    for item in ITEMS.values():
+        document = item.compute(work).document
+        assert document["unobservable_trials"] == 4
+        assert document["trials"] == 10
+        assert "4 of 10 trials" in item.sheet(document).note
+
+
+def test_markdown() -> None:
+    sheet = Sheet("t", ("a", "b"), (("x", "1"), ("y", "2")))
+    assert markdown(sheet) == "| a | b |\n| --- | --: |\n| x | 1 |\n| y | 2 |"
