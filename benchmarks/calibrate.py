@@ -7,6 +7,7 @@ NumPy's SVD of the whole system, as textbook code has it, and OpenCV's findHomog
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import TYPE_CHECKING
 
 import cv2
@@ -27,11 +28,12 @@ def main() -> None:
     )
     for count in (8, 1_000, 30_000, 1_000_000):
         samples, xy = _samples(count)
-        ours = _time(lambda s=samples: estimate_linear(s))
-        svd = _time(lambda s=samples: np.linalg.svd(linear_system(s)[0], full_matrices=False))
-        peer = _time(lambda s=samples, xy=xy: cv2.findHomography(xy, s.uv, 0))
+        ours = _time(partial(estimate_linear, samples))
+        svd = _time(partial(_plain_svd, samples))
+        peer = _time(partial(cv2.findHomography, xy, samples.uv, 0))
         print(
-            f"{count:10} {ours * 1e3:8.2f}ms {svd * 1e3:8.2f}ms {ours / svd:7.2f} {peer * 1e3:13.2f}ms {ours / peer:7.2f}"
+            f"{count:10} {ours * 1e3:8.2f}ms {svd * 1e3:8.2f}ms {ours / svd:7.2f} "
+            f"{peer * 1e3:13.2f}ms {ours / peer:7.2f}"
         )
 
     print("\nwhole calibration of the demo's drive (clock search, jackknife): one run each")
@@ -55,6 +57,10 @@ def _samples(count: int) -> tuple[MotionSamples, np.ndarray]:
     uv = camera.project(xy)
     uv_dot = (camera.project(xy + step * xy_dot) - camera.project(xy - step * xy_dot)) / (2 * step)
     return MotionSamples(uv, uv_dot + rng.normal(0, 1, uv.shape), xy_dot), xy
+
+
+def _plain_svd(samples: MotionSamples) -> object:
+    return np.linalg.svd(linear_system(samples)[0], full_matrices=False)
 
 
 def _time(work: Callable[[], object]) -> float:

@@ -18,7 +18,13 @@ import numpy as np
 from airground.calibration import Motion, Tracks, calibrate, measure_speeds
 from airground.calibration.ground_path import ground_path
 from airground.errors import UnobservableMotionError
-from airground.geometry import LimitedHomography, align_rotation, n_error, velocity_map_error
+from airground.geometry import (
+    FloatArray,
+    LimitedHomography,
+    align_rotation,
+    n_error,
+    velocity_map_error,
+)
 from airground.records import read_motion, read_tracks
 
 NAMES = (
@@ -65,27 +71,31 @@ def _row(folder: Path) -> str:
         "-" if peer is None else f"{float(n_error(truth, align_rotation(truth, peer)[0])):7.4f}"
     )
     speeds = measure_speeds(result, tracks)
-    error, sigma, size = [], [], []
+    wrong, sigma, size = [], [], []
     for k, target in enumerate(speeds.targets):
         mine = speeds.target_index == k
         rows = motion.rows(target)
-        own = (
-            motion.speed[rows]
-            if motion.speed is not None
-            else np.linalg.norm(motion.xy_dot[rows], axis=1)
-        )  # type: ignore[index]
+        own = _own_speed(motion, rows)
         t = speeds.t[mine] + result.time_offset_s
-        read = np.interp(t, motion.t[rows], np.abs(own), left=np.nan, right=np.nan)
+        read = np.interp(t, motion.t[rows], own, left=np.nan, right=np.nan)
         known = np.isfinite(read)
-        error.append((speeds.speed[mine] - read)[known])
+        wrong.append((speeds.speed[mine] - read)[known])
         sigma.append(speeds.speed_sigma[mine][known])
         size.append(read[known])
-    errors, sigmas, sizes = (np.concatenate(x) for x in (error, sigma, size))
+    errors, sigmas, sizes = (np.concatenate(x) for x in (wrong, sigma, size))
     return (
         f"{float(n_error(truth, aligned)):7.4f} {velocity_map_error(truth, aligned, tracks.uv):7.4f} "
         f"{result.observability.relative_sigma:7.4f} {peer_n:>7} {np.sqrt(np.mean(errors**2)):6.3f} m/s "
         f"{np.sqrt(np.mean(sizes**2)):6.2f} {np.mean(np.abs(errors) < 1.96 * sigmas):8.2f} {elapsed:5.2f}"
     )
+
+
+def _own_speed(motion: Motion, rows: slice) -> FloatArray:
+    """Speed that the vehicle's own sensors read."""
+    if motion.xy_dot is not None:
+        return np.asarray(np.linalg.norm(motion.xy_dot[rows], axis=1))
+    assert motion.speed is not None
+    return np.abs(motion.speed[rows])
 
 
 def _peer(tracks: Tracks, motion: Motion, offset: float) -> LimitedHomography | None:

@@ -87,4 +87,4 @@ def test_arrays_are_our_own_copies(calibration: Calibration) -> None:
 )
 def test_nonsense_is_refused(calibration: Calibration, field: str, value: object) -> None:
     with pytest.raises(InputError):
-        dataclasses.replace(calibration, **{field: value})
+        dataclasses.replace(calibration, **{field: value})  # type: ignore[arg-type]

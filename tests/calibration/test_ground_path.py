@@ -17,7 +17,7 @@ def displacement(motion: Motion, t: np.ndarray) -> np.ndarray:
     assert path is not None
     xy, stretch = path.at(t)
     assert (stretch == 0).all()
-    return xy - xy[0]
+    return np.asarray(xy - xy[0])
 
 
 @pytest.mark.parametrize("form", ["velocity", "speed", "distance"])

@@ -25,7 +25,7 @@ def read_speed(motion: Motion, target: str, t: np.ndarray) -> np.ndarray:
     else:
         assert motion.speed is not None
         speed = np.abs(motion.speed[rows])
-    return np.interp(t, motion.t[rows], speed, left=np.nan, right=np.nan)
+    return np.asarray(np.interp(t, motion.t[rows], speed, left=np.nan, right=np.nan))
 
 
 @pytest.mark.parametrize("name", GOOD)

@@ -30,7 +30,7 @@ def some(rng: np.random.Generator) -> Calibration:
         fit=Fit(
             "linear",
             float(rng.exponential()),
-            int(rng.integers(1e6)),
+            int(rng.integers(1_000_000)),
             1.0,
             float(rng.random()),
             (0.1, 0.2, 3.0, 4.0),

@@ -49,7 +49,7 @@ poses = st.builds(
 
 def rotation(axis: str, angle: float) -> np.ndarray:
     vector = np.array({"x": [1.0, 0, 0], "y": [0, 1.0, 0], "z": [0, 0, 1.0]}[axis]) * angle
-    return cv2.Rodrigues(vector)[0]
+    return np.asarray(cv2.Rodrigues(vector)[0])
 
 
 def seen_ground(camera: SimCamera, rng: np.random.Generator, count: int = 40) -> np.ndarray:
@@ -59,7 +59,7 @@ def seen_ground(camera: SimCamera, rng: np.random.Generator, count: int = 40) ->
     xy = xy[np.isfinite(xy).all(axis=1)]
     middle = camera.unproject(np.array([639.5, 359.5]))
     near = np.linalg.norm(xy, axis=1) < 20 * np.linalg.norm(middle) + 20
-    return xy[near][:count]
+    return np.asarray(xy[near][:count])
 
 
 @given(poses)
@@ -149,6 +149,16 @@ def test_what_is_behind_the_camera_has_no_image() -> None:
     assert np.isnan(camera.project_velocity(behind, [1.0, 0.0])).all()
     assert camera.visible([behind, ahead]).tolist() == [False, True]
     assert np.isnan(camera.unproject([639.5, -2000.0])).all()  # sky
+
+
+@pytest.mark.parametrize("scale", [-1.0, 40.0, -2e-5])
+def test_the_sign_and_scale_of_the_matrix_do_not_matter(scale: float) -> None:
+    camera = Pose(900.0, 1.0, 0.2, 0.0, 3.0).camera()
+    other = SimCamera(scale * camera.image_from_ground, SIZE)
+    xy = np.array([[4.0, 0.3], [5.0, -1.0], [-3.0, 0.0]])  # the last one is behind
+    assert_allclose(other.project(xy), camera.project(xy), rtol=1e-12)
+    assert_allclose(other.project_velocity(xy, xy), camera.project_velocity(xy, xy), rtol=1e-9)
+    assert other.visible(xy).tolist() == camera.visible(xy).tolist() == [True, True, False]
 
 
 def test_visible_ends_at_the_border_of_the_image() -> None:

@@ -20,7 +20,7 @@ def project(x: np.ndarray) -> np.ndarray:
     G = np.append(x[:8], 1.0).reshape(3, 3)
     xy = np.vstack([[0.0, 0.0], np.cumsum(x[8:].reshape(8, 2), axis=0)])
     w = np.column_stack([xy, np.ones(9)]) @ G.T
-    return w[:, :2] / w[:, 2:]
+    return np.asarray(w[:, :2] / w[:, 2:])
 
 
 def test_least_squares_over_the_whole_drive_reaches_the_bound() -> None:

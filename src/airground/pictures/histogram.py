@@ -69,7 +69,7 @@ def draw_histograms(
             (paper_median, "--", f"paper, median {paper_median:.4f}"),
         ]
         for value, dash, label in lines:
-            ax.axvline(value, color=INK, linestyle=dash, linewidth=1.6, label=label)
+            ax.axvline(value, color=INK, linestyle=dash, linewidth=1.4, label=label)
         if mark is not None:
             ax.axvline(
                 mark[1], color=SOFT, linestyle=":", linewidth=2.0, label=f"{mark[0]} {mark[1]:.4f}"
@@ -81,6 +81,7 @@ def draw_histograms(
         # Above the bars' right shoulder there is always room: errors are skewed to the right.
         ax.legend(
             loc="upper right",
+            handlelength=2.6,
             fontsize=9,
             frameon=True,
             framealpha=0.92,
@@ -91,11 +92,16 @@ def draw_histograms(
 
 
 def _draw_panel(ax: Axes, values: FloatArray, edges: FloatArray, color: str) -> None:
+    # Wider than the paper's lines, which are drawn on top: where both agree, both can be seen.
     mean, median = float(np.mean(values)), float(np.median(values))
     ax.hist(values, bins=edges.tolist(), color=color, alpha=0.35, edgecolor="white", linewidth=0.8)
-    ax.axvline(mean, color=color, linestyle="-", linewidth=1.6, label=f"ours, mean {mean:.4f}")
+    ax.axvline(mean, color=color, linestyle="-", linewidth=3.0, label=f"ours, mean {mean:.4f}")
     ax.axvline(
-        median, color=color, linestyle="--", linewidth=1.6, label=f"ours, median {median:.4f}"
+        median,
+        color=color,
+        linestyle=(0, (2.0, 1.0)),
+        linewidth=3.0,
+        label=f"ours, median {median:.4f}",
     )
 
 
