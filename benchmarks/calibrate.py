@@ -50,7 +50,7 @@ def main() -> None:
 def _samples(count: int) -> tuple[MotionSamples, np.ndarray]:
     rng = np.random.default_rng(0)
     camera = demo_world().camera
-    xy = rng.uniform([-1.5, 1.5], [1.5, 3.5], (count, 2))
+    xy = rng.uniform([-2.0, 2.6], [2.0, 5.6], (count, 2))
     angle = rng.uniform(-np.pi, np.pi, count)
     xy_dot = 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])
     step = 1e-6

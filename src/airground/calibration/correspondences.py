@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.calibration.ground_path import GroundPath, ground_path, reading_noise
-from airground.calibration.local_polynomial import Windows, noise_level, windows
+from airground.calibration.local_polynomial import MIN_PARABOLA, Windows, noise_level, windows
 from airground.calibration.recordings import IntArray
 from airground.calibration.samples import MotionSamples
 from airground.errors import InputError
@@ -22,6 +22,8 @@ __all__ = ["Correspondences", "Pairing", "choose_count", "gap_limit", "pair_reco
 COUNTS = (2, 3, 5, 7, 9, 11, 15, 21, 31, 41, 61, 81, 121)
 WANTED_NOISE = 0.01  # of the velocity, from pixel noise and from reading noise each
 MAX_SHARE = 0.1  # of the track's extent that a window may cover: over it g's perspective must be nearly constant
+BEND_SHARE = 0.975  # a target may turn for a small part of its time only
+BEND_SIGMAS = 3.5  # 97.5 per cent of noise in two coordinates stay within 2.7 deviations
 MAX_GAP = 0.25  # s; sightings further apart than this, and than GAP_FACTOR intervals, do not share a window
 GAP_FACTOR = 4.0
 
@@ -245,7 +247,9 @@ def choose_count(
     """Rows in a window, from the data's rate and noise.
 
     The shortest window over which the velocity's noise, from pixels and from readings, falls to one per
-    cent; but none that covers more than a tenth of the track's extent.
+    cent; but none that covers more than a tenth of the track's extent. With readings, what the window smooths
+    away is smoothed away on both sides of eq. 15. Without, it also stops growing where a longer window gives
+    another velocity than noise explains: there the target turns or brakes within it.
 
     Parameters
     ----------
@@ -265,11 +269,11 @@ def choose_count(
     """
     noise = noise_level(uv) if sigma is None else sigma
     if not np.isfinite(noise):
-        return 2
+        return COUNTS[0]
     reading = reading_noise(path) if path is not None else 0.0
     reading_dt = float(np.median(np.diff(path.t))) if path is not None else 0.0
     extent = float(np.linalg.norm(np.ptp(uv, axis=0)))
-    best = 2
+    best = COUNTS[0]
     for count in COUNTS:
         first = unbroken(t, count, step=max(1, count // 2))
         if len(first) == 0:
@@ -282,6 +286,8 @@ def choose_count(
         way = float(np.median(moved[moving]))
         if count > 2 and way > MAX_SHARE * extent:
             break
+        if path is None and count > MIN_PARABOLA and _bends(t, uv, w, best, noise):
+            break
         best = count
         speed = np.median((moved / w.span)[moving])
         from_pixels = float(np.median(w.velocity_gain()[moving]) * noise / speed)
@@ -291,3 +297,13 @@ def choose_count(
         if enough and from_pixels <= WANTED_NOISE and from_readings <= WANTED_NOISE:
             break
     return best
+
+
+def _bends(t: FloatArray, uv: FloatArray, wide: Windows, count: int, noise: float) -> bool:
+    """Whether velocities over wide windows differ from those over narrower ones by more than their noise."""
+    narrow = windows(t, wide.first + (wide.count - count) // 2, count)
+    at = narrow.centre
+    difference = np.linalg.norm(wide.fit(t, uv, at)[1] - narrow.fit(t, uv, at)[1], axis=1)
+    return float(np.quantile(difference, BEND_SHARE)) > BEND_SIGMAS * noise * float(
+        np.median(narrow.velocity_gain())
+    )

@@ -22,6 +22,7 @@ __all__ = ["FLOOR", "draw_grid", "draw_inspection", "draw_tracks", "grid_spacing
 
 FLOOR = "#20262d"
 HORIZON = "#d55e00"
+SKY = "#eef3f7"
 SCALE = "#b8e0c8"
 TRACKS = ("#56b4e9", "#ffa94d", "#e58fc0", "#f0e442")  # stand out on dark and on slate
 LINES = 14  # about so many grid lines across the ground that is seen
@@ -51,7 +52,7 @@ def draw_inspection(
     aspect = (view[3] - view[1]) / (view[2] - view[0])
     figure = new_figure(9.5, 8.0 * min(max(aspect, 0.4), 1.2) + 0.7)
     ax = figure.add_subplot()
-    ax.set_facecolor("white")
+    ax.set_facecolor(SKY)
     _draw_scale(ax, calibration, frame)
     spacing = draw_grid(ax, calibration, frame)
     if view != frame:
@@ -105,9 +106,14 @@ def _with_horizon(inspection: Inspection) -> tuple[float, float, float, float]:
     if abs(distance) > reach:
         return u0, v0, u1, v1
     margin = 0.06 * (v1 - v0)
-    foot = middle - distance * np.array([a, b])  # of the perpendicular from the middle
-    low = np.minimum([u0, v0], foot - margin)
-    high = np.maximum([u1, v1], foot + margin)
+    # Both ends of it, where it leaves the frame's columns (or rows, if it runs along them), but not without end.
+    if abs(b) > abs(a):
+        ends = np.array([[u, -(a * u + c) / b] for u in (u0, u1)])
+    else:
+        ends = np.array([[-(b * v + c) / a, v] for v in (v0, v1)])
+    ends = np.clip(ends, middle - reach, middle + reach)
+    low = np.minimum([u0, v0], ends.min(axis=0) - margin * (ends.min(axis=0) < [u0, v0]))
+    high = np.maximum([u1, v1], ends.max(axis=0) + margin * (ends.max(axis=0) > [u1, v1]))
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 

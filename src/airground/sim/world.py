@@ -92,7 +92,7 @@ class World:
 
 
 def demo_world() -> World:
-    """The world of `airground demo`: 1280x720, camera 3.2 m above a floor, tilted by 38 degrees.
+    """The world of `airground demo`: 1280x720, camera 3 m above a floor, tilted by 55 degrees.
 
     Returns
     -------
@@ -101,15 +101,15 @@ def demo_world() -> World:
     """
     return World(
         focal_length_px=900.0,
-        tilt_rad=radians(38),
+        tilt_rad=radians(55),
         roll_rad=radians(4),
         heading_rad=radians(90),
-        height_m=3.2,
+        height_m=3.0,
         image_size_px=(1280, 720),
         floor="warehouse",
         robot="robot",
-        path=FigureEight(centre_m=(0.05, 2.45), half_size_m=(1.7, 1.05)),
+        path=FigureEight(centre_m=(0.0, 4.1), half_size_m=(2.0, 1.5)),
         cart=Transit(
-            "cart", start_m=(-4.5, 3.55), heading_rad=radians(-5), speed_mps=0.5, start_s=20.0
+            "cart", start_m=(-6.0, 5.4), heading_rad=radians(-5), speed_mps=0.5, start_s=20.0
         ),
     )
