@@ -60,7 +60,7 @@ def test_the_truth_is_the_null_vector_of_the_system(scene: Scene) -> None:
     truth = (T @ scene.g).ravel()
     assert_allclose(A @ truth, 0, atol=1e-9 * float(np.linalg.norm(A) * np.linalg.norm(truth)))
     singular = np.linalg.svd(A, compute_uv=False)
-    assert singular[4] > 1e-2 * singular[0]  # the normalisation's reason; without it, 1e-5
+    assert singular[4] > 1e-2 * singular[0]  # the reason of the normalisation
 
 
 @given(scenes(), generators())
