@@ -315,6 +315,8 @@ class LimitedHomography:
         ------
         UndeterminedCameraError
             If g does not determine a focal length.
+        InputError
+            If `ground_uv` lies on the horizon, or `focal_length` is not positive.
         """
         return camera_from_g(
             self.g, principal_point, focal_length=focal_length, ground_uv=ground_uv

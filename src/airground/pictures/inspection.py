@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from airground.calibration import Tracks
     from airground.calibration.calibration import Calibration
     from airground.calibration.inspection import Inspection
-    from airground.geometry.arrays import FloatArray
 
 __all__ = ["FLOOR", "draw_grid", "draw_inspection", "draw_tracks", "grid_spacing", "legend"]
 
@@ -48,14 +47,15 @@ def draw_inspection(
     from matplotlib.patches import Rectangle
 
     u0, v0, u1, v1 = frame = inspection.frame_px
-    view = _with_horizon(inspection)
+    wide = _with_horizon(inspection)
+    view = wide or frame
     aspect = (view[3] - view[1]) / (view[2] - view[0])
     figure = new_figure(9.5, 8.0 * min(max(aspect, 0.4), 1.2) + 0.7)
     ax = figure.add_subplot()
     ax.set_facecolor(SKY)
     _draw_scale(ax, calibration, frame)
     spacing = draw_grid(ax, calibration, frame)
-    if view != frame:
+    if wide is not None:
         a, b, c = inspection.horizon
         ax.axline(*_two_points(a, b, c), color=HORIZON, linewidth=2.5, label="horizon")
         ax.add_patch(Rectangle((u0, v0), u1 - u0, v1 - v0, fill=False, edgecolor=SOFT))
@@ -82,7 +82,7 @@ def draw_inspection(
         markeredgewidth=2,
     )
     ax.set(xlim=(view[0], view[2]), ylim=(view[3], view[1]))
-    where = "" if view != frame else "; horizon far outside the image"
+    where = "" if wide is not None else "; horizon far outside the image"
     dress(
         ax,
         title=f"grid {spacing:g} m; velocities good to {calibration.observability.relative_sigma:.1%}{where}",
@@ -94,17 +94,17 @@ def draw_inspection(
     save_png(figure, path)
 
 
-def _with_horizon(inspection: Inspection) -> tuple[float, float, float, float]:
-    """The frame, grown to show the horizon where it is not further away than the frame is high."""
+def _with_horizon(inspection: Inspection) -> tuple[float, float, float, float] | None:
+    """The frame, grown to show the horizon; None where that is further away than the frame is high."""
     u0, v0, u1, v1 = inspection.frame_px
     a, b, c = inspection.horizon
     if a == b == 0.0:
-        return u0, v0, u1, v1
+        return None
     middle = np.array([(u0 + u1) / 2, (v0 + v1) / 2])
     distance = float(a * middle[0] + b * middle[1] + c)
     reach = (v1 - v0) / 2 + (v1 - v0)
     if abs(distance) > reach:
-        return u0, v0, u1, v1
+        return None
     margin = 0.06 * (v1 - v0)
     # Both ends of it, where it leaves the frame's columns (or rows, if it runs along them), but not without end.
     if abs(b) > abs(a):
@@ -233,6 +233,8 @@ def draw_grid(
     spacing : float [m]
         Between the lines.
     """
+    from matplotlib.patches import Rectangle
+
     u0, v0, u1, v1 = frame
     u, v = np.meshgrid(np.linspace(u0, u1, 60), np.linspace(v0, v1, 60))
     uv = np.stack([u.ravel(), v.ravel()], axis=-1)
@@ -243,25 +245,20 @@ def draw_grid(
     xy = calibration.model.ground_position(uv, calibration.origin_px)
     low, high = xy.min(axis=0), xy.max(axis=0)
     spacing = grid_spacing(float(np.max(high - low)))
+    inside = Rectangle(
+        (u0, v0), u1 - u0, v1 - v0, transform=ax.transData
+    )  # not over the sky above the image
     for axis in (0, 1):
         first, last = (int(np.floor(low[axis] / spacing)), int(np.ceil(high[axis] / spacing)))
         for k in range(first, last + 1):
             line = np.empty((SAMPLES, 2))
             line[:, axis] = k * spacing
             line[:, 1 - axis] = np.linspace(low[1 - axis], high[1 - axis], SAMPLES)
-            _draw_line(
-                ax,
-                calibration.model.image_position(line, calibration.origin_px),
-                color,
-                bold=k == 0,
-            )
+            uv = calibration.model.image_position(line, calibration.origin_px)
+            width, alpha = (1.4, 0.9) if k == 0 else (0.6, 0.55)
+            (drawn,) = ax.plot(uv[:, 0], uv[:, 1], color=color, linewidth=width, alpha=alpha)
+            drawn.set_clip_path(inside)
     return spacing
-
-
-def _draw_line(ax: Axes, uv: FloatArray, color: str, *, bold: bool) -> None:
-    ax.plot(
-        uv[:, 0], uv[:, 1], color=color, linewidth=1.4 if bold else 0.6, alpha=0.9 if bold else 0.55
-    )
 
 
 def _two_points(a: float, b: float, c: float) -> tuple[tuple[float, float], tuple[float, float]]:

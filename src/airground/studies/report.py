@@ -36,7 +36,7 @@ PAGE = """<!doctype html>
 * {{ box-sizing: border-box; }}
 body {{ margin: 0 auto; max-width: 62rem; padding: 2rem 1.25rem 4rem; background: var(--paper); color: var(--ink);
   font: 16px/1.55 system-ui, sans-serif; }}
-h1 {{ font-size: 1.9rem; margin: 0; }}
+h1 {{ font-size: 1.9rem; line-height: 1.2; margin: 0; }}
 h2 {{ font-size: 1.2rem; margin: 2.4rem 0 .4rem; }}
 p {{ max-width: 46rem; margin: .4rem 0 1rem; }}
 .soft {{ color: var(--soft); }}
@@ -44,6 +44,7 @@ p {{ max-width: 46rem; margin: .4rem 0 1rem; }}
 table {{ border-collapse: collapse; width: 100%; }}
 th, td {{ text-align: left; padding: .45rem .9rem .45rem 0; border-bottom: 1px solid var(--line);
   vertical-align: top; }}
+td.soft {{ min-width: 16rem; }}
 td.number {{ font-variant-numeric: tabular-nums; white-space: nowrap; }}
 th {{ font-weight: 600; color: var(--soft); }}
 img {{ display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 6px;
@@ -53,7 +54,7 @@ code {{ font-size: .92em; color: var(--accent); }}
 </head>
 <body>
 <h1>One drive, no checkerboard: a camera calibrated</h1>
-<p class="soft">airground {version}, simulated world, seed-determined. Everything below was computed from
+<p class="soft">airground {version}, simulated world. Everything below was computed from
 <code>tracks.csv</code> (where the robot was seen) and <code>motion.csv</code> (its compass and odometer).</p>
 <div class="wide"><table>
 <tr><th>what</th><th>found</th><th>truth</th><th></th></tr>
