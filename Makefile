@@ -23,6 +23,10 @@ $(VENV)/made: pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/made-test: $(VENV)/made
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test]'
+	@touch $@
+
+$(VENV)/made-dev: $(VENV)/made-test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
 	@touch $@
 
@@ -38,7 +42,7 @@ lint: $(VENV)/made-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(VENV)/made-test
+bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/read_csv.py
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/recordings.py
@@ -47,7 +51,7 @@ docs: $(VENV)/made-test
 	$(BIN)/python docs/refresh.py
 
 # No lock file that names a registry: versions only, for every Python and system at once.
-constraints: $(VENV)/made-test
+constraints: $(VENV)/made-dev
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --no-annotate --upgrade \
 	  --custom-compile-command "make constraints" pyproject.toml --output-file constraints.txt
 

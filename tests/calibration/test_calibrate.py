@@ -98,7 +98,8 @@ def test_a_wrong_speed_scale_moves_g_by_what_the_prior_says() -> None:
     fast = Motion.from_rows(motion.t, ["robot"] * len(motion), xy_dot=1.06 * motion.xy_dot)
     a = calibrate(tracks, motion, time_offset_s=0.0).model.g
     b = calibrate(tracks, fast, time_offset_s=0.0).model.g
-    np.testing.assert_allclose(b / a, 1.06 ** (-1 / 3), rtol=1e-9)
+    # As a map of velocities: an entry of g that is nearly zero has few digits of its own.
+    assert velocity_map_error(1.06 ** (-1 / 3) * a, b, tracks.uv) < 1e-8
 
 
 def test_stated_deviation_covers_the_error(rng: np.random.Generator) -> None:
