@@ -46,6 +46,7 @@ bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/read_csv.py
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/recordings.py
+	$(BIN)/python benchmarks/uncertainty.py
 
 docs: $(VENV)/made-test
 	$(BIN)/python docs/refresh.py
