@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from airground.calibration import Motion, Tracks
-from airground.calibration.correspondences import choose_count, pair_recordings, unbroken
+from airground.calibration.correspondences import pair_recordings
 from airground.errors import InputError
 from airground.geometry import LimitedHomography
 from drives import fit_drive, read, see
@@ -39,36 +39,6 @@ def test_the_offset_is_added_to_the_tracks_clock() -> None:
         predicted, axis=1
     )
     assert np.median(error) < 2e-3
-
-
-def test_window_grows_with_noise(rng: np.random.Generator) -> None:
-    counts = []
-    for noise in (0.0, 0.3, 2.0):
-        tracks = see(SCENE, DRIVE, T, noise=noise, rng=rng)
-        counts.append(choose_count(tracks.t, tracks.uv))
-    assert counts[0] < counts[1] < counts[2]
-
-
-def test_window_covers_a_tenth_of_the_track_at_most(rng: np.random.Generator) -> None:
-    tracks = see(SCENE, DRIVE, T, noise=20.0, rng=rng)
-    count = choose_count(tracks.t, tracks.uv)
-    span = T[count - 1]
-    way = np.median(np.linalg.norm(SCENE.push(DRIVE.xy(T), DRIVE.xy_dot(T)), axis=1)) * span
-    assert way < 0.15 * np.linalg.norm(np.ptp(tracks.uv, axis=0))
-
-
-def test_stated_noise_is_used(rng: np.random.Generator) -> None:
-    tracks = see(SCENE, DRIVE, T, noise=1.0, rng=rng)
-    assert choose_count(tracks.t, tracks.uv, sigma=0.01) < choose_count(
-        tracks.t, tracks.uv, sigma=3.0
-    )
-
-
-def test_windows_do_not_span_gaps() -> None:
-    t = np.concatenate([np.arange(0, 1, 0.1), np.arange(3, 4, 0.1)])
-    first = unbroken(t, 4)
-    assert first.tolist() == [*range(7), *range(10, 17)]
-    assert unbroken(t, 11).tolist() == []
 
 
 def test_windows_over_a_gap_of_the_readings_are_left_out() -> None:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.calibration.correspondences import choose_count, gap_limit
 from airground.calibration.local_polynomial import MIN_PARABOLA, noise_level, windows
 from airground.calibration.recordings import IntArray
+from airground.calibration.window_choice import choose_count, gap_limit
 from airground.geometry.arrays import FloatArray
 
 if TYPE_CHECKING:
