@@ -10,7 +10,7 @@ import pytest
 
 from airground.calibration import Calibration, calibrate
 from airground.calibration.inspection import inspect_calibration
-from airground.errors import UndeterminedError
+from airground.errors import InputError, UndeterminedError
 from airground.geometry import LimitedHomography
 from drives import fit_drive, read, see
 from scenes import scene
@@ -130,3 +130,11 @@ def test_uncertainty_grows_away_from_where_the_robot_drove(rng: np.random.Genera
     distance = np.linalg.norm(inspection.uv - found.origin_px, axis=1)
     near, far = inspection.relative_sigma[distance < 200], inspection.relative_sigma[distance > 500]
     assert far.mean() > 2 * near.mean()
+
+
+def test_an_image_of_the_sky() -> None:
+    level = exact(tilt_deg=85)
+    with pytest.raises(
+        InputError, match=r"no ground in .* beyond the horizon; check the image's size"
+    ):
+        inspect_calibration(level, image_size_px=(1280, 100))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from airground.calibration import Calibration, Tracks, calibrate, measure_speeds
+from airground.errors import InputError
 from drives import fit_drive, read, see
 from scenes import scene
 
@@ -105,3 +106,50 @@ def test_a_target_that_stands_has_speed_zero_and_a_deviation(calibration: Calibr
     )
     assert (speeds.speed == 0).all()
     assert np.isfinite(speeds.speed_sigma).all()
+    # One pixel in any window, over 0.4 s at most: sightings that do not change at all hide their noise.
+    assert speeds.assumed_noise == ("box",)
+    metre = calibration.model.pixels_per_metre([600.0, 500.0]).max()
+    assert (speeds.speed_sigma > 0.1 / metre).all()
+
+
+def test_two_sightings_far_apart_do_not_make_a_speed(calibration: Calibration) -> None:
+    t = np.concatenate([T[:60], [0.0, 50.0]])
+    uv = np.concatenate([see(SCENE, DRIVE, T[:60]).uv, [[600.0, 500.0], [700.0, 500.0]]])
+    names = ["robot"] * 60 + ["cart"] * 2
+    speeds = measure_speeds(calibration, Tracks.from_rows(t, names, uv))
+    assert (len(speeds.t), speeds.lonely) == (60, 2)
+    # In a file of slow sightings, the same two are neighbours.
+    slow = np.concatenate([np.arange(60) * 50.0, [0.0, 50.0]])
+    assert measure_speeds(calibration, Tracks.from_rows(slow, names, uv)).lonely == 0
+
+
+@pytest.mark.parametrize("below", [1e-13, 1e-10, 1e-6])
+def test_just_below_the_horizon_a_speed_is_anything(calibration: Calibration, below: float) -> None:
+    a, b, c = calibration.model.horizon
+    side = np.sign(calibration.model.nearness(calibration.origin_px))
+    u = np.linspace(300.0, 500.0, 20)
+    uv = np.column_stack([u, -(a * u + c) / b + np.sign(b) * side * below])
+    uv = uv[calibration.is_ground(uv)]  # rounding may take some beyond
+    speeds = measure_speeds(calibration, Tracks.from_rows(T[: len(uv)], ["bird"] * len(uv), uv))
+    assert len(speeds.t) > 0
+    assert (speeds.speed_sigma > 1e3).all()
+
+
+@pytest.mark.parametrize(("column", "value"), [("uv", 1e200), ("t", 1e200), ("sigma", 1e200)])
+def test_numbers_too_large_to_compute_with(
+    calibration: Calibration, column: str, value: float
+) -> None:
+    seen = see(SCENE, DRIVE, T)
+    columns = {"t": seen.t.copy(), "uv": seen.uv.copy(), "sigma": np.ones(len(T))}
+    columns[column][-1] = value
+    tracks = Tracks.from_rows(columns["t"], ["robot"] * len(T), columns["uv"], columns["sigma"])
+    with pytest.raises(InputError, match=rf"tracks, {column}: found 1e\+200"):
+        measure_speeds(calibration, tracks)
+
+
+def test_times_too_close_to_compute_with(calibration: Calibration) -> None:
+    tracks = see(SCENE, DRIVE, T)
+    t = np.array(tracks.t)
+    t[1] = t[0] + 1e-200
+    with pytest.raises(InputError, match="two times of a target are 1e-200 s apart"):
+        measure_speeds(calibration, dataclasses.replace(tracks, t=t))

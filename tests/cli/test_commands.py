@@ -22,34 +22,8 @@ from airground.cli import main
 from airground.cli.parser import build_parser
 from airground.geometry import n_error
 from airground.records import write_motion, write_tracks
-from drives import Drive, fit_drive, read, see
-from scenes import scene
-
-SCENE = scene(tilt_deg=45)
-DRIVE = fit_drive(SCENE)
-T = np.arange(0, 60, 1 / 30)
-READINGS = np.arange(-1.5, 62, 0.05)
-
-
-@pytest.fixture
-def recording(tmp_path: Path, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch) -> Path:
-    write_tracks(tmp_path / "tracks.csv", see(SCENE, DRIVE, T, noise=0.3, rng=rng))
-    write_motion(tmp_path / "motion.csv", read(DRIVE, READINGS, form="speed", offset=0.1))
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-CALIBRATE = ["calibrate", "--tracks", "tracks.csv", "--motion", "motion.csv", "--out", "c.json"]
-
-
-def fails(capsys: pytest.CaptureFixture[str], argv: list[str], code: int) -> str:
-    """Run what must fail: its code, one line on stderr, nothing on stdout."""
-    assert main(argv) == code
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1, err
-    assert err.startswith("airground: ")
-    return err
+from commands import CALIBRATE, DRIVE, READINGS, SCENE, SPEED, T, fails
+from drives import Drive, read, see
 
 
 def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
@@ -73,9 +47,7 @@ def test_calibrate_inspect_speed(recording: Path, capsys: pytest.CaptureFixture[
     assert "tilt 45." in text or "tilt 44." in text
     assert (recording / "view.png").read_bytes().startswith(b"\x89PNG")
 
-    assert (
-        main(["speed", "--calibration", "c.json", "--tracks", "tracks.csv", "--out", "s.csv"]) == 0
-    )
+    assert main(SPEED) == 0
     assert "robot: median" in capsys.readouterr().out
     header, *rows = (recording / "s.csv").read_text().splitlines()
     assert header == "t_s,target,u_px,v_px,x_dot_mps,y_dot_mps,speed_mps,speed_sigma_mps"
@@ -132,21 +104,7 @@ def test_speed_json(recording: Path, capsys: pytest.CaptureFixture[str]) -> None
     del recording
     assert main(CALIBRATE) == 0
     capsys.readouterr()
-    assert (
-        main(
-            [
-                "speed",
-                "--calibration",
-                "c.json",
-                "--tracks",
-                "tracks.csv",
-                "--out",
-                "s.csv",
-                "--json",
-            ]
-        )
-        == 0
-    )
+    assert main([*SPEED, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["rows"] == len(T)
     assert found["targets"][0]["target"] == "robot"
@@ -248,7 +206,7 @@ def airground(*argv: str, **options: Any) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupted_exits_130_and_leaves_nothing(tmp_path: Path, number: signal.Signals) -> None:
     process = airground("reproduce", "fig4", "--trials", "5000000", "--out", str(tmp_path / "out"))
     time.sleep(3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from airground.errors import InputError
-from airground.geometry.arrays import homogeneous, points, readonly
+from airground.geometry.arrays import LARGEST, homogeneous, points, readonly, refuse_huge
 
 
 def test_readonly_is_our_own_copy_and_cannot_be_written_to() -> None:
@@ -28,6 +28,7 @@ def test_readonly_is_our_own_copy_and_cannot_be_written_to() -> None:
         ([1.0, np.nan], (2,), "uv has NaN or infinite entries"),
         ([1.0, np.inf], (None,), "uv has NaN or infinite entries"),
         ([[1.0, 2.0], [3.0]], (None, 2), "uv must be an array of numbers"),
+        ([1, 10**400], (2,), "uv must be an array of numbers"),
         (["one", "two"], (2,), "uv must be an array of numbers"),
         ([1j, 2j], (2,), "uv must be an array of numbers"),
         (None, (2,), "uv"),
@@ -62,3 +63,10 @@ def test_homogeneous_appends_one_for_points_and_nought_for_directions() -> None:
     xy = np.array([[3.0, 4.0]])
     assert homogeneous(xy).tolist() == [[3.0, 4.0, 1.0]]
     assert homogeneous(xy, 0.0).tolist() == [[3.0, 4.0, 0.0]]
+
+
+def test_what_is_too_large_to_compute_with() -> None:
+    refuse_huge([-LARGEST, LARGEST], "uv")
+    refuse_huge([], "uv")
+    with pytest.raises(InputError, match=r"uv: found 2e\+15, expected at most 1e\+15"):
+        refuse_huge([1.0, -2 * LARGEST], "uv")

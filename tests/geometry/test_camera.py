@@ -58,7 +58,7 @@ def test_principal_point_is_our_own_copy() -> None:
             array[0] = 1.0
 
 
-@pytest.mark.parametrize("focal_length", [0.0, -900.0, np.nan, np.inf])
+@pytest.mark.parametrize("focal_length", [0.0, -900.0, np.nan, np.inf, 1e300, 1e-300])
 def test_a_focal_length_is_positive(focal_length: float) -> None:
     with pytest.raises(InputError, match="focal_length must be positive") as caught:
         model().camera(VIEW.principal_point, focal_length=focal_length)

@@ -187,3 +187,10 @@ def test_g_of_opencvs_homography_from_points(rng: np.random.Generator) -> None:
         got = LimitedHomography.from_homography(G).image_velocity(middle, np.eye(2))
         want = scene.push(scene.unproject(np.broadcast_to(middle, (2, 2))), np.eye(2))
         assert_allclose(got, want, atol=1e-3 * np.abs(want).max())
+
+
+@pytest.mark.parametrize("factor", [1e100, 1e-100])
+def test_g_in_impossible_units(factor: float) -> None:
+    g = factor * np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1e-3]])
+    with pytest.raises(InputError, match="check the units"):
+        LimitedHomography(g)

@@ -127,7 +127,16 @@ def test_unknown_keys_and_missing_additions_are_fine(
         ({"covariance": [[1.0]]}, "covariance must have shape"),
         ({"distortion": {"model": "fisheye"}}, '"none" only'),
         ({"time_offset_s": "soon"}, "expected a number"),
-        ({"time_offset_s": True}, "expected a number"),
+        ({"time_offset_s": True}, "key time_offset_s: expected a number, found true"),
+        ({"time_offset_s": 10**400}, "expected a number"),
+        ({"g": [[10**400, 2], [3, 4], [5, 6]]}, "g must be an array of numbers"),
+        ({"g": [[1e200, 2], [3, 1e200], [5, 6]]}, "g: found 1e+200, expected at most 1e+15"),
+        ({"g": [[1e-200, 0], [0, 1e-200], [0, 0]]}, "g has no entry above 1e-15"),
+        ({"covariance": (-np.eye(6)).tolist()}, "covariance must have no negative eigenvalue"),
+        ({"covariance": (1 - np.eye(6)).tolist()}, "covariance must have no negative eigenvalue"),
+        ({"covariance": (1e300 * np.eye(6)).tolist()}, "covariance: found 1e+300"),
+        ({"origin_px": [1e300, 1]}, "origin_px: found 1e+300"),
+        ({"image_size_px": [1e300, 1]}, "image_size_px: found 1e+300"),
         ({"image_size_px": [640]}, "expected 2 numbers"),
         ({"image_size_px": [-1, 480]}, "image_size_px must be positive"),
         ({"targets": []}, "expected a JSON object"),
@@ -155,6 +164,39 @@ def test_a_missing_key_is_named(document: dict[str, Any], tmp_path: Path, key: s
 
 
 @pytest.mark.parametrize(
+    "region", [[0, 0, 0, 9], [0, 9, 5, 9], [5, 0, 0, 9], [0, 0, 1e300, 9], [0, 0, 9]]
+)
+def test_a_region_has_an_area(
+    document: dict[str, Any], tmp_path: Path, region: list[float]
+) -> None:
+    document["fit"]["region_px"] = region
+    with pytest.raises(FileError, match="region_px"):
+        Calibration.load(write(tmp_path / "c.json", document))
+
+
+def test_a_number_that_only_reads_as_infinite(document: dict[str, Any], tmp_path: Path) -> None:
+    document["fit"]["sightings"] = "SIGHTINGS"
+    path = write(tmp_path / "c.json", document)
+    path.write_text(path.read_text().replace('"SIGHTINGS"', "1e999"))
+    with pytest.raises(FileError, match=r"key fit\.sightings: expected a number"):
+        Calibration.load(path)
+
+
+def test_a_file_without_end_is_not_read_to_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path = tmp_path / "c.json"
+    path.write_bytes(b" " * 2000)
+    monkeypatch.setattr("airground.records.calibration_file.MAX_BYTES", 1000)
+    with pytest.raises(FileError, match="is longer than 1000 bytes"):
+        Calibration.load(path)
+    if not Path("/dev/zero").exists():
+        pytest.skip("needs /dev/zero")
+    with pytest.raises(FileError, match="is longer than 1000 bytes"):
+        Calibration.load("/dev/zero")
+
+
+@pytest.mark.parametrize(
     ("data", "message"),
     [
         (b"", "not JSON"),
@@ -175,10 +217,17 @@ def test_files_that_are_no_calibration(tmp_path: Path, data: bytes, message: str
     assert "\n" not in str(caught.value)
 
 
+def test_brackets_in_brackets(tmp_path: Path) -> None:
+    for depth in range(850, 1000):  # at one of them JSON can just be read, but not be written
+        (tmp_path / "c.json").write_text('{"format": ' + "[" * depth + "]" * depth + "}")
+        with pytest.raises(FileError, match="expected a text|not a calibration"):
+            Calibration.load(tmp_path / "c.json")
+
+
 def test_a_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match="cannot be read"):
+    with pytest.raises(FileError, match="there is no such file"):
         Calibration.load(tmp_path / "none.json")
-    with pytest.raises(FileError, match="cannot be read"):
+    with pytest.raises(FileError, match="is a folder, expected a file"):
         Calibration.load(tmp_path)
 
 

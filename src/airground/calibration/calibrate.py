@@ -6,21 +6,17 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from airground.calibration.alignment import LinearFit, fit_linear, unexplained
 from airground.calibration.calibration import Calibration, Fit, TargetFit
-from airground.calibration.clock import (
-    ASSUMED_SIGMA,
-    REACH,
-    ClockFit,
-    find_offset,
-    fit_samples,
-    unexplained,
-)
+from airground.calibration.clock import ASSUMED_SIGMA, REACH, ClockFit, find_offset
 from airground.calibration.correspondences import Correspondences, Pairing, pair_recordings
 from airground.calibration.headings import advise, distinct_headings_deg
 from airground.calibration.jackknife import jackknife_covariance
 from airground.calibration.linear import RANK, estimate_linear, linear_system, null_vector
 from airground.calibration.observability import judge
+from airground.calibration.recordings import refuse_extremes
 from airground.errors import InputError, UnobservableMotionError
+from airground.geometry.arrays import refuse_huge
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -77,55 +73,70 @@ def calibrate(
     UnobservableMotionError
         If the motion does not determine g; the message says what to drive next.
     InputError
-        If tracks and motion do not belong together.
+        If tracks and motion do not belong together, or hold numbers too large to compute with.
     """
     if method != "linear":
         raise InputError(f"method must be 'linear', not {method!r}")
-    if not (np.isfinite(speed_scale_sigma) and speed_scale_sigma >= 0):
-        raise InputError(f"speed_scale_sigma must be zero or more, not {speed_scale_sigma}")
-    if time_offset_s is not None and not np.isfinite(time_offset_s):
-        raise InputError(f"time_offset_s must be finite, not {time_offset_s}")
+    if not 0 <= speed_scale_sigma <= 1:
+        raise InputError(f"speed_scale_sigma must lie in 0..1, not {speed_scale_sigma}")
+    if time_offset_s is not None:
+        if not np.isfinite(time_offset_s):
+            raise InputError(f"time_offset_s must be finite, not {time_offset_s}")
+        refuse_huge(time_offset_s, "time_offset_s")
+    refuse_extremes(tracks, "tracks")
+    refuse_extremes(motion, "motion")
     say = note or (lambda _: None)
 
     pairing = pair_recordings(tracks, motion)
     clock = find_offset(pairing) if time_offset_s is None else ClockFit(time_offset_s, found=False)
     data = pairing.at_offset(clock.offset)
     _enough(data, pairing, motion, clock.offset)
-    model = estimate_linear(data.samples)
+    fit = fit_linear(data)
+    samples = fit.samples
+    model = estimate_linear(samples)
 
     # Neighbouring windows overlap, so a deviation does not need all of a long drive.
     few = pairing.thinned(MAX_JACKKNIFE)
-    covariance, offset_sigma = _uncertainty(few, clock, given=time_offset_s is not None)
+    covariance, offset_sigma = _uncertainty(few, clock, fit, given=time_offset_s is not None)
     # g goes with the inverse cube root of the speeds' scale (eq. 17).
     row = model.g.ravel()
     covariance = covariance + (speed_scale_sigma / 3) ** 2 * np.outer(row, row)
-    _, singular = null_vector(linear_system(data.samples)[0])
-    left_over = unexplained(model.g, data.samples)
-    observability = judge(model.g, covariance, data.samples, singular, left_over)
+    _, singular = null_vector(linear_system(samples)[0])
+    left_over = unexplained(model.g, samples)
+    observability = judge(model.g, covariance, samples, singular, left_over)
 
     if time_offset_s is None and not clock.found:
         say(
             f"the data do not show the clocks' offset within {REACH:g} s: taken as 0 with a deviation of "
             f"{ASSUMED_SIGMA:g} s; give --time-offset-s if you know it"
         )
-    origin = data.samples.uv.mean(axis=0)
-    beyond = int(np.sum(~model.same_side(data.samples.uv, origin)))
+    turned = fit.reference >= 0
+    if not (turned or data.one_frame) and sum(count > 0 for count in data.sightings.values()) > 1:
+        say(
+            "the headings of all targets are taken as counted from one zero: no drive alone can tell"
+        )
+    origin = samples.uv.mean(axis=0)
+    beyond = int(np.sum(~model.same_side(samples.uv, origin)))
     if beyond:
         say(
-            f"{beyond} of {len(data.samples)} samples lie beyond the estimated horizon: look for wrong sightings"
+            f"{beyond} of {len(samples)} samples lie beyond the estimated horizon: look for wrong sightings"
         )
-    used = {name: TargetFit(sightings=count) for name, count in data.sightings.items()}
+    used = {
+        name: TargetFit(sightings=count, heading_bias_rad=-float(fit.turns[k]) if turned else None)
+        for k, (name, count) in enumerate(data.sightings.items())
+        if count
+    }
     return Calibration(
         model=model,
         covariance=covariance,
         origin_px=origin,
         fit=Fit(
             method="linear",
-            rms_px=_rms_px(model, data),
+            rms_px=_rms_px(model, samples, data.span),
             sightings=sum(data.sightings.values()),
             inlier_fraction=1.0,
             window_s=float(np.median(data.span)),
-            region_px=_region(data.samples.uv),
+            region_px=_region(samples.uv),
         ),
         observability=observability,
         time_offset_s=clock.offset,
@@ -141,6 +152,11 @@ def _enough(data: Correspondences, pairing: Pairing, motion: Motion, offset: flo
     if count == 0:
         name = pairing.targets[pairing.pairs[0].index]
         seen, read = pairing.pairs[0].t, motion.t[motion.rows(name)]
+        if seen[0] + offset <= read[-1] and seen[-1] + offset >= read[0]:
+            raise InputError(
+                f"no two sightings of {name} fall into one unbroken stretch of its readings: they are too far apart, "
+                "or it turned by more than 90 degrees from one reading to the next; record them more often"
+            )
         raise InputError(
             f"no sightings of {name} fall between its readings: tracks {seen[0]:g}..{seen[-1]:g} s, "
             f"motion {read[0]:g}..{read[-1]:g} s, offset {offset:g} s; both files need one clock"
@@ -155,40 +171,43 @@ def _enough(data: Correspondences, pairing: Pairing, motion: Motion, offset: flo
         )
 
 
-def _uncertainty(pairing: Pairing, clock: ClockFit, *, given: bool) -> tuple[FloatArray, float]:
+def _uncertainty(
+    pairing: Pairing, clock: ClockFit, fit: LinearFit, *, given: bool
+) -> tuple[FloatArray, float]:
     """Covariance of g with the clock's uncertainty in it, and the clock's deviation."""
     data = pairing.at_offset(clock.offset)
     shifted = None if given else _shifted(pairing, data, clock.offset)
     if shifted is None:
-        return jackknife_covariance(data.samples, None, 0.0)[:6, :6], 0.0
+        return jackknife_covariance(data, fit)[:6, :6], 0.0
     middle, earlier, later = shifted
     if clock.found:
-        joint = jackknife_covariance(middle, (earlier, later), CLOCK_STEP)
+        joint = jackknife_covariance(middle, fit, (earlier, later), CLOCK_STEP)
         return joint[:6, :6], float(np.sqrt(joint[6, 6]))
-    alone = jackknife_covariance(data.samples, None, 0.0)[:6, :6]
-    slope = (fit_samples(later) - fit_samples(earlier)).ravel() / (2 * CLOCK_STEP)
+    alone = jackknife_covariance(data, fit)[:6, :6]
+    slope = (fit_linear(later, like=fit).g - fit_linear(earlier, like=fit).g).ravel() / (
+        2 * CLOCK_STEP
+    )
     return alone + ASSUMED_SIGMA**2 * np.outer(slope, slope), ASSUMED_SIGMA
 
 
 def _shifted(
     pairing: Pairing, data: Correspondences, offset: float
-) -> tuple[MotionSamples, MotionSamples, MotionSamples] | None:
-    """Samples of the same windows at the offset, a step before and a step after it."""
+) -> tuple[Correspondences, Correspondences, Correspondences] | None:
+    """Windows that have readings at the offset, a step before and a step after it."""
     three = (data, pairing.at_offset(offset - CLOCK_STEP), pairing.at_offset(offset + CLOCK_STEP))
     common = three[0].window
     for other in three[1:]:
         common = np.intersect1d(common, other.window, assume_unique=True)
     if len(common) < MIN_SAMPLES:
         return None
-    middle, earlier, later = (c.samples.take(np.isin(c.window, common)) for c in three)
+    middle, earlier, later = (c.take(np.isin(c.window, common)) for c in three)
     return middle, earlier, later
 
 
-def _rms_px(model: LimitedHomography, data: Correspondences) -> float:
+def _rms_px(model: LimitedHomography, samples: MotionSamples, span: FloatArray) -> float:
     """How far from the prediction targets moved within a window, per coordinate."""
-    s = data.samples
-    residual = (s.uv_dot - model.image_velocity(s.uv, s.xy_dot)) * data.span[:, None]
-    return float(np.sqrt(np.mean(residual**2)))
+    predicted = model.image_velocity(samples.uv, samples.xy_dot)
+    return float(np.sqrt(np.mean(((samples.uv_dot - predicted) * span[:, None]) ** 2)))
 
 
 def _region(uv: FloatArray) -> tuple[float, float, float, float]:

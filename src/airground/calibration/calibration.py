@@ -9,7 +9,7 @@ import numpy as np
 
 from airground.calibration.observability import Observability, ground_velocity_covariance
 from airground.errors import InputError
-from airground.geometry.arrays import FloatArray, points, readonly
+from airground.geometry.arrays import FloatArray, points, readonly, refuse_huge
 from airground.geometry.limited import LimitedHomography
 
 if TYPE_CHECKING:
@@ -42,6 +42,14 @@ class Fit:
     region_px: tuple[float, float, float, float] | None = None
     """Where targets were seen: smallest u and v, largest u and v [px]."""
 
+    def __post_init__(self) -> None:
+        if self.region_px is None:
+            return
+        refuse_huge(self.region_px, "region_px")
+        u0, v0, u1, v1 = self.region_px
+        if not (u0 < u1 and v0 < v1):
+            raise InputError("region_px must be the smallest u and v, then the largest u and v")
+
 
 @dataclass(frozen=True, slots=True)
 class TargetFit:
@@ -49,6 +57,9 @@ class TargetFit:
 
     sightings: int | None
     """How many of its sightings were used, if known."""
+
+    heading_bias_rad: float | None = None
+    """What its headings read more than those of the target whose zero the ground frame has; None if not estimated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,10 +118,16 @@ class Calibration:
         scale = float(np.sqrt(np.abs(covariance).max()))
         if not np.allclose(covariance, covariance.T, rtol=1e-9, atol=1e-12 * scale**2):
             raise InputError("covariance must be symmetric")
+        refuse_huge(covariance, "covariance")
+        if not _is_covariance(covariance):
+            raise InputError("covariance must have no negative eigenvalue")
         object.__setattr__(self, "covariance", covariance)
         object.__setattr__(self, "origin_px", readonly(self.origin_px, (2,), "origin_px"))
-        if self.image_size_px is not None and not min(self.image_size_px) > 0:
-            raise InputError("image_size_px must be positive")
+        refuse_huge(self.origin_px, "origin_px")
+        if self.image_size_px is not None:
+            if not min(self.image_size_px) > 0:
+                raise InputError("image_size_px must be positive")
+            refuse_huge(self.image_size_px, "image_size_px")
         self.model.image_from_ground(self.origin_px)  # refuses an origin on the horizon
 
     def is_ground(self, uv: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -185,3 +202,13 @@ class Calibration:
         from airground.records.calibration_file import load_calibration
 
         return load_calibration(path)
+
+
+def _is_covariance(matrix: FloatArray) -> bool:
+    """Whether a symmetric matrix has no negative eigenvalue, when each row is taken in its own unit."""
+    variance = np.diag(matrix)
+    if (variance < 0).any():
+        return False
+    unit = np.sqrt(np.where(variance > 0, variance, 1.0))
+    correlation = matrix / unit[:, None] / unit
+    return bool(np.linalg.eigvalsh(correlation)[0] > -1e-9)  # rounding leaves 1e-15

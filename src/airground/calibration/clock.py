@@ -11,23 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.calibration.linear import denormalized, linear_system, null_vector, scale_by_speed
+from airground.calibration.alignment import fit_linear, unexplained
 from airground.errors import UnobservableMotionError
-from airground.geometry.velocity import image_velocity
 
 if TYPE_CHECKING:
     from airground.calibration.correspondences import Correspondences, Pairing
-    from airground.calibration.samples import MotionSamples
-    from airground.geometry.arrays import FloatArray
 
-__all__ = [
-    "ASSUMED_SIGMA",
-    "ClockFit",
-    "find_offset",
-    "fit_samples",
-    "parabola_minimum",
-    "unexplained",
-]
+__all__ = ["ASSUMED_SIGMA", "REACH", "ClockFit", "find_offset", "parabola_minimum"]
 
 REACH = 1.0  # s; how far apart two clocks are looked for
 STEP = 0.05  # s; shorter than any change of a ground vehicle's velocity
@@ -44,44 +34,6 @@ class ClockFit:
 
     found: bool
     """Whether the data have a clear best offset inside the reach of the search."""
-
-
-def fit_samples(samples: MotionSamples) -> FloatArray:
-    """Eqs. 16 and 17 without a rank test.
-
-    Parameters
-    ----------
-    samples : MotionSamples
-        Motion correspondences.
-
-    Returns
-    -------
-    g : (3, 2) array
-        Some g, also where the motion does not determine it.
-    """
-    A, T = linear_system(samples)
-    g_hat, _ = null_vector(A)
-    return scale_by_speed(denormalized(g_hat, T), samples)
-
-
-def unexplained(g: FloatArray, samples: MotionSamples) -> float:
-    """Share of the image motion that eq. 15 leaves unexplained.
-
-    Parameters
-    ----------
-    g : (3, 2) array
-        Limited homography.
-    samples : MotionSamples
-        Motion correspondences.
-
-    Returns
-    -------
-    share : float
-        Root mean square of the residual over that of the image velocity: 0 is perfect, 1 is nothing explained.
-    """
-    residual = samples.uv_dot - image_velocity(g, samples.uv, samples.xy_dot)
-    power = float(np.sum(samples.uv_dot**2))
-    return float(np.sqrt(np.sum(residual**2) / power)) if power > 0 else 1.0
 
 
 def find_offset(pairing: Pairing) -> ClockFit:
@@ -107,7 +59,8 @@ def find_offset(pairing: Pairing) -> ClockFit:
         if count < max(6, usual // 2):
             return np.inf
         try:
-            return unexplained(fit_samples(c.samples), c.samples)
+            fit = fit_linear(c)
+            return unexplained(fit.g, fit.samples)
         except UnobservableMotionError:
             return np.inf
 

@@ -40,6 +40,36 @@ class Correspondences:
     sightings: dict[str, int]
     """How many sightings of each target the samples rest on."""
 
+    one_frame: bool
+    """Whether all ground velocities are in one frame; headings may count from a zero of each robot's own."""
+
+    @property
+    def target_count(self) -> int:
+        """How many targets `target_index` may name."""
+        return len(self.sightings)
+
+    def take(self, rows: object) -> Correspondences:
+        """Some of the correspondences.
+
+        Parameters
+        ----------
+        rows : index
+            Slice, integer or boolean array, as NumPy takes it.
+
+        Returns
+        -------
+        correspondences : Correspondences
+            Those; `sightings` stays.
+        """
+        index = np.arange(len(self.samples))[rows]  # type: ignore[call-overload]
+        return replace(
+            self,
+            samples=self.samples.take(index),
+            window=self.window[index],
+            target_index=self.target_index[index],
+            span=self.span[index],
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Pair:
@@ -74,6 +104,9 @@ class Pairing:
     pairs: tuple[_Pair, ...]
     """Windows over the sightings, and paths of the readings."""
 
+    one_frame: bool
+    """Whether all readings are in one ground frame."""
+
     def thinned(self, most: int) -> Pairing:
         """Keep every so many windows, for what need not see all of them.
 
@@ -91,9 +124,9 @@ class Pairing:
         if count <= most:
             return self
         every = slice(None, None, -(-count // most))
-        return Pairing(
-            self.targets,
-            tuple(
+        return replace(
+            self,
+            pairs=tuple(
                 replace(p, windows=p.windows.take(every), uv=p.uv[every], uv_dot=p.uv_dot[every])
                 for p in self.pairs
             ),
@@ -113,7 +146,7 @@ class Pairing:
             Those windows that lie in unbroken stretches of readings.
         """
         uv, uv_dot, xy_dot, number, target, span = [], [], [], [], [], []
-        sightings = {}
+        sightings = dict.fromkeys(self.targets, 0)
         base = 0
         for pair in self.pairs:
             xy, stretch = pair.path.at(pair.t + offset)
@@ -142,6 +175,7 @@ class Pairing:
             target_index=np.concatenate(target),
             span=np.concatenate(span),
             sightings=sightings,
+            one_frame=self.one_frame,
         )
 
 
@@ -185,7 +219,7 @@ def pair_recordings(tracks: Tracks, motion: Motion) -> Pairing:
         pairs.append(_Pair(index, t, laid, position, velocity, path))
     if not pairs:
         raise InputError("no target has two sightings and two readings")
-    return Pairing(tuple(common), tuple(pairs))
+    return Pairing(tuple(common), tuple(pairs), one_frame=motion.xy_dot is not None)
 
 
 def _names(targets: tuple[str, ...]) -> str:

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.calibration.observability import ground_velocity_covariance
-from airground.errors import AirgroundError, UndeterminedCameraError, UndeterminedError
+from airground.errors import (
+    AirgroundError,
+    InputError,
+    UndeterminedCameraError,
+    UndeterminedError,
+)
 from airground.geometry.arrays import FloatArray
 from airground.geometry.limited import LimitedHomography
 
@@ -99,6 +104,8 @@ def inspect_calibration(
     ------
     UndeterminedError
         If neither the image's size nor the driven region is known.
+    InputError
+        If there is no ground in the image.
     """
     size = image_size_px or calibration.image_size_px
     if size is not None:
@@ -114,6 +121,11 @@ def inspect_calibration(
     grid = np.stack(np.meshgrid(np.linspace(u0, u1, GRID), np.linspace(v0, v1, GRID)), axis=-1)
     uv = grid.reshape(-1, 2)
     uv = uv[calibration.is_ground(uv)]
+    if len(uv) == 0:
+        raise InputError(
+            f"no ground in u {u0:g}..{u1:g}, v {v0:g}..{v1:g}: all of it lies beyond the horizon; "
+            "check the image's size"
+        )
     corners = np.array([[u0, v0], [u1, v0], [u0, v1], [u1, v1]])
     return Inspection(
         frame_px=frame,

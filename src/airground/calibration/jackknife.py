@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.calibration.clock import parabola_minimum, unexplained
-from airground.calibration.linear import denormalized, linear_system, scale_by_speed
+from airground.calibration.alignment import LinearFit, fit_linear, unexplained
+from airground.calibration.clock import parabola_minimum
 
 if TYPE_CHECKING:
-    from airground.calibration.samples import MotionSamples
+    from airground.calibration.correspondences import Correspondences
     from airground.geometry.arrays import FloatArray
 
 __all__ = ["jackknife_covariance"]
@@ -24,16 +24,21 @@ BLOCKS = 20
 
 
 def jackknife_covariance(
-    samples: MotionSamples, shifted: tuple[MotionSamples, MotionSamples] | None, step: float
+    data: Correspondences,
+    like: LinearFit,
+    shifted: tuple[Correspondences, Correspondences] | None = None,
+    step: float = 0.0,
 ) -> FloatArray:
     """Covariance of g, row by row, and of the clock offset.
 
     Parameters
     ----------
-    samples : MotionSamples
+    data : Correspondences
         In the order of the drive.
-    shifted : tuple of MotionSamples or None
-        The same windows with the clock offset smaller and larger by `step`; None if the offset is given, not estimated.
+    like : LinearFit
+        The fit to all of them.
+    shifted : tuple of Correspondences, optional
+        The same windows with the clock offset smaller and larger by `step`; not given if the offset is not estimated.
     step : float [s]
         See `shifted`.
 
@@ -42,27 +47,20 @@ def jackknife_covariance(
     covariance : (7, 7) array
         Last row and column belong to the clock offset [s].
     """
-    count = len(samples)
+    count = len(data.samples)
     blocks = np.array_split(np.arange(count), min(BLOCKS, count))
-    variants = (samples,) if shifted is None else (shifted[0], samples, shifted[1])
-    systems = [linear_system(s) for s in variants]
+    variants = (data,) if shifted is None else (shifted[0], data, shifted[1])
     estimates = []
     for block in blocks:
         rest = np.ones(count, dtype=bool)
         rest[block] = False
-        gs, costs = [], []
-        for variant, (A, T) in zip(variants, systems, strict=True):
-            kept = variant.take(rest)
-            # Rows are of one size after normalisation, so squaring them into 6x6 costs no digits that matter here.
-            _, vectors = np.linalg.eigh(A[rest].T @ A[rest])
-            g = scale_by_speed(denormalized(vectors[:, 0].reshape(3, 2), T), kept)
-            gs.append(g)
-            costs.append(unexplained(g, kept))
+        fits = [fit_linear(variant.take(rest), like=like) for variant in variants]
         if shifted is None:
-            estimates.append(np.append(gs[0], 0.0))
+            estimates.append(np.append(fits[0].g, 0.0))
             continue
-        x = parabola_minimum(costs, limit=2.0)
-        g = gs[1] + x * (gs[2] - gs[0]) / 2 + x**2 * (gs[2] - 2 * gs[1] + gs[0]) / 2
+        before, middle, after = (fit.g for fit in fits)
+        x = parabola_minimum([unexplained(fit.g, fit.samples) for fit in fits], limit=2.0)
+        g = middle + x * (after - before) / 2 + x**2 * (after - 2 * middle + before) / 2
         estimates.append(np.append(g, x * step))
     spread = np.array(estimates) - np.mean(estimates, axis=0)
     return np.asarray((len(blocks) - 1) / len(blocks) * spread.T @ spread)

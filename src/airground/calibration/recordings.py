@@ -6,21 +6,21 @@ whole columns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from airground.errors import InputError
-from airground.geometry.arrays import FloatArray, readonly
+from airground.geometry.arrays import LARGEST, FloatArray, readonly, refuse_huge
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike
 
-__all__ = ["IntArray", "Motion", "Tracks"]
+__all__ = ["IntArray", "Motion", "Tracks", "refuse_extremes"]
 
 IntArray = NDArray[np.intp]
 
@@ -270,4 +270,29 @@ class Motion(_Rows):
             distance=_take(distance, order, "distance"),
             sigma_speed=_take(sigma_speed, order, "sigma_speed"),
             sigma_heading=_take(sigma_heading, order, "sigma_heading"),
+        )
+
+
+def refuse_extremes(rows: Tracks | Motion, what: str) -> None:
+    """Raise for recordings whose numbers can be kept in a file, but not computed with.
+
+    Parameters
+    ----------
+    rows : Tracks or Motion
+        Recordings.
+    what : str
+        What to call them in an error.
+
+    Raises
+    ------
+    InputError
+        If a number is beyond `LARGEST`, or two times of a target are closer than one over it.
+    """
+    for field in fields(rows):
+        if field.name != "targets" and (column := getattr(rows, field.name)) is not None:
+            refuse_huge(column, f"{what}, {field.name}")
+    step = np.diff(rows.t)[np.diff(rows.target_index) == 0]
+    if (step < 1 / LARGEST).any():
+        raise InputError(
+            f"{what}: two times of a target are {step.min():.3g} s apart; check the units"
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.calibration.local_polynomial import MIN_PARABOLA, noise_level, windows
-from airground.calibration.recordings import IntArray
+from airground.calibration.recordings import IntArray, refuse_extremes
 from airground.calibration.window_choice import choose_count, gap_limit
 from airground.geometry.arrays import FloatArray
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Speeds", "measure_speeds"]
 
+OWN_RATE = 8  # sightings from which on a target shows its own rate
 ASSUMED_NOISE = 1.0  # px; of tracks too short to show their own noise
 
 
@@ -50,7 +51,7 @@ class Speeds:
     """Sightings left out because they lie on or beyond the horizon."""
 
     assumed_noise: tuple[str, ...]
-    """Targets too short to show their noise, taken as one pixel."""
+    """Targets too short, or too still, to show their noise: taken as one pixel."""
 
     @property
     def speed(self) -> FloatArray:
@@ -100,16 +101,23 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
     -------
     speeds : Speeds
         One row for each sighting that has neighbours in time and lies on the ground.
+
+    Raises
+    ------
+    InputError
+        If a number of the tracks is too large to compute with.
     """
+    refuse_extremes(tracks, "tracks")
     count = len(tracks)
     uv, uv_dot = np.full((2, count, 2), np.nan)
     noise = np.zeros(count)
+    usual = _usual_gap_limit(tracks)
     assumed = []
     for name in tracks.targets:
         rows = tracks.rows(name)
         given = None if tracks.sigma is None else tracks.sigma[rows]
         sigma = noise_level(tracks.uv[rows]) if given is None else given
-        if not np.isfinite(sigma).all():
+        if given is None and not sigma > 0:  # NaN, or zero: what stands still shows none either
             sigma = ASSUMED_NOISE
             assumed.append(name)
         wanted = choose_count(
@@ -119,7 +127,10 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
         )
         # A sighting at the end of a line's window is not where the line's velocity holds; a parabola bends.
         wanted = max(wanted, MIN_PARABOLA)
-        uv[rows], uv_dot[rows], gain = _image_velocity(tracks.t[rows], tracks.uv[rows], wanted)
+        limit = gap_limit(tracks.t[rows]) if len(tracks.t[rows]) >= OWN_RATE else usual
+        uv[rows], uv_dot[rows], gain = _image_velocity(
+            tracks.t[rows], tracks.uv[rows], wanted, limit
+        )
         noise[rows] = gain * sigma
     lonely = np.isnan(uv_dot).any(axis=1)
     ground = calibration.is_ground(
@@ -127,9 +138,9 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
     ) & calibration.is_ground(tracks.uv)
     keep = ground & ~lonely
     xy_dot, covariance = calibration.ground_velocity(uv[keep], uv_dot[keep])
-    J = calibration.model.jacobian(uv[keep])
-    covariance = covariance + noise[keep, None, None] ** 2 * np.linalg.inv(
-        np.swapaxes(J, -1, -2) @ J
+    per_pixel = calibration.model.ground_velocity(uv[keep][:, None], np.eye(2))  # rows: of u, of v
+    covariance = covariance + noise[keep, None, None] ** 2 * (
+        np.swapaxes(per_pixel, -1, -2) @ per_pixel
     )
     return Speeds(
         targets=tracks.targets,
@@ -144,12 +155,18 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
     )
 
 
+def _usual_gap_limit(tracks: Tracks) -> float:
+    """The gap limit for targets too short to show their own rate: as if all were one track."""
+    steps = np.diff(tracks.t)[np.diff(tracks.target_index) == 0]
+    return gap_limit(np.concatenate([[0.0], np.cumsum(steps)]))
+
+
 def _image_velocity(
-    t: FloatArray, uv: FloatArray, wanted: int
+    t: FloatArray, uv: FloatArray, wanted: int, limit: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Smoothed position, velocity and its gain at each sighting; NaN where it has no neighbour."""
     rows = np.arange(len(t))
-    broken = np.concatenate([[True], np.diff(t) > gap_limit(t)])
+    broken = np.concatenate([[True], np.diff(t) > limit])
     run = np.cumsum(broken) - 1
     start = np.flatnonzero(broken)
     length = np.diff(np.append(start, len(t)))

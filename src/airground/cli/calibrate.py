@@ -11,10 +11,18 @@ from typing import TYPE_CHECKING
 
 from airground._version import __version__
 from airground.calibration import Provenance, calibrate
-from airground.cli.output import Notes, image_size, print_json, sha256
+from airground.cli.output import (
+    Notes,
+    image_size,
+    print_json,
+    printable,
+    refuse_overwriting,
+    sha256,
+)
 from airground.errors import InputError
 from airground.records import read_motion, read_tracks
 from airground.records.calibration_file import calibration_document
+from airground.records.cells import shown
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -91,8 +99,8 @@ def run(args: Namespace) -> None:
         raise InputError(
             "--distortion division: the linear method does not estimate a lens; use none"
         )
-    if args.out.resolve() in {args.tracks.resolve(), args.motion.resolve()}:
-        raise InputError("--out names an input file; choose another")
+    refuse_overwriting("--out", args.out, (args.tracks, args.motion))
+    inputs = tuple((str(path), sha256(path)) for path in (args.tracks, args.motion))
     notes = Notes()
     tracks = read_tracks(args.tracks, note=notes)
     motion = read_motion(args.motion, note=notes)
@@ -105,7 +113,6 @@ def run(args: Namespace) -> None:
         speed_scale_sigma=args.speed_scale_sigma,
         note=notes,
     )
-    inputs = tuple((str(path), sha256(path)) for path in (args.tracks, args.motion))
     provenance = Provenance(version=__version__, command=args.command_line, inputs=inputs)
     calibration = replace(calibration, provenance=provenance)
     calibration.save(args.out)
@@ -119,7 +126,7 @@ def run(args: Namespace) -> None:
 
 def _summary(calibration: Calibration, out: Path) -> list[str]:
     c = calibration
-    names = ", ".join(c.targets)
+    names = printable(", ".join(c.targets))
     return [
         f"{out}: {c.observability.verdict}; ground velocities good to {c.observability.relative_sigma:.1%} "
         "(one standard deviation)",
@@ -137,5 +144,5 @@ def _offset(text: str) -> float | None:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ArgumentTypeError(f"expected auto or a number of seconds, not {text!r}")
+        raise ArgumentTypeError(f"expected auto or a number of seconds, not {shown(text)}")
     return value

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from airground.cli.output import print_json
+from airground.cli.output import print_json, whole_number
 from airground.cli.terminal import show_demo, status
 
 if TYPE_CHECKING:
@@ -37,7 +36,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="where to write (default: %(default)s)",
     )
     parser.add_argument(
-        "--seed", type=_seed, default=0, metavar="N", help="of all random numbers (default: 0)"
+        "--seed",
+        type=whole_number,
+        default=0,
+        metavar="N",
+        help="of all random numbers (default: 0)",
     )
 
 
@@ -57,9 +60,3 @@ def run(args: Namespace) -> None:
         print_json(demo.document())
     else:
         show_demo(demo, args.out)
-
-
-def _seed(text: str) -> int:
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"expected a whole number from 0 on, not {text!r}")
-    return int(text)

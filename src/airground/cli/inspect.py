@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from airground.calibration import Calibration
 from airground.calibration.inspection import Inspection, inspect_calibration
-from airground.cli.output import image_size, print_json, two_numbers
+from airground.cli.output import image_size, print_json, refuse_overwriting, two_numbers
 from airground.errors import InputError
 from airground.records import replacing
+from airground.records.cells import shown
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -64,6 +65,8 @@ def run(args: Namespace) -> None:
     """
     if args.picture is not None and args.picture.suffix.lower() != ".png":
         raise InputError(f"--picture {args.picture}: expected a name that ends in .png")
+    if args.picture is not None:
+        refuse_overwriting("--picture", args.picture, (args.calibration,))
     calibration = Calibration.load(args.calibration)
     inspection = inspect_calibration(
         calibration,
@@ -180,6 +183,6 @@ def _positive(text: str) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f"expected a positive number of pixels, not {text!r}")
+    if not 1e-9 < value < 1e9:
+        raise argparse.ArgumentTypeError(f"expected a positive number of pixels, not {shown(text)}")
     return value

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import NoReturn
+import re
+from typing import Any, NoReturn
 
 from airground._version import __version__
 from airground.cli import calibrate, demo, inspect, reproduce, speed
@@ -25,6 +26,10 @@ EPILOG = "Exit codes: 0 done, 2 wrong input, 3 the data do not determine the ans
 
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line, like all our errors."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._negative_number_matcher = re.compile(r"-\.?\d")  # -1e-3 and -5,3 are no options
 
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message}; see {self.prog} --help")

@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from airground.cli.output import print_json
+from airground.cli.output import print_json, whole_number
 from airground.cli.terminal import progress, show_tables
+from airground.records.cells import shown
 from airground.studies.reproduce import ITEMS, reproduce, tables
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "run"]
 
 NAME = "reproduce"
+MAX_TRIALS = 10_000_000
 SUMMARY = "run the paper's experiments: tables and figures, paper beside ours"
 EXAMPLE = """\
   airground reproduce table1 fig4 fig5 --trials 100 --out out/paper
@@ -40,7 +42,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--trials", type=_count, default=100, metavar="N", help="simulated drives (default: 100)"
     )
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="N", help="of the random numbers (default: 0)"
+        "--seed",
+        type=whole_number,
+        default=0,
+        metavar="N",
+        help="of the random numbers (default: 0)",
     )
 
 
@@ -63,6 +69,7 @@ def run(args: Namespace) -> None:
 
 
 def _count(text: str) -> int:
-    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= 10_000_000:
-        raise argparse.ArgumentTypeError(f"expected a whole number from 1 on, not {text!r}")
-    return int(text)
+    count = whole_number(text, least=1)
+    if count > MAX_TRIALS:
+        raise argparse.ArgumentTypeError(f"expected at most {MAX_TRIALS}, not {shown(text)}")
+    return count

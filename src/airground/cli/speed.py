@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from airground.calibration import Calibration, measure_speeds
-from airground.cli.output import Notes, print_json
+from airground.cli.output import Notes, print_json, printable, refuse_overwriting
 from airground.errors import InputError
 from airground.records import read_tracks, write_speeds
 
@@ -51,8 +51,7 @@ def run(args: Namespace) -> None:
         As parsed.
     """
     started = time.perf_counter()
-    if args.out.resolve() in {args.tracks.resolve(), args.calibration.resolve()}:
-        raise InputError("--out names an input file; choose another")
+    refuse_overwriting("--out", args.out, (args.tracks, args.calibration))
     notes = Notes()
     calibration = Calibration.load(args.calibration)
     tracks = read_tracks(args.tracks, note=notes)
@@ -67,7 +66,7 @@ def run(args: Namespace) -> None:
         notes(f"{speeds.beyond} sightings left out: they lie on or beyond the horizon")
     if speeds.assumed_noise:
         notes(
-            f"{len(speeds.assumed_noise)} targets are too short to show their noise: taken as 1 px"
+            f"{len(speeds.assumed_noise)} targets are too short, or stand too still, to show their noise: taken as 1 px"
         )
     write_speeds(
         args.out,
@@ -94,8 +93,8 @@ def run(args: Namespace) -> None:
     print(f"{args.out}: {len(speeds.t)} velocities of {len(rows)} targets")
     for row in rows[:20]:
         print(
-            f"  {row['target']}: median {row['speed_median_mps']:.3f} m/s, largest {row['speed_max_mps']:.3f}, "
-            f"deviation {row['speed_sigma_median_mps']:.3f}"
+            f"  {printable(str(row['target']))}: median {row['speed_median_mps']:.3f} m/s, "
+            f"largest {row['speed_max_mps']:.3f}, deviation {row['speed_sigma_median_mps']:.3f}"
         )
     if len(rows) > 20:
         print(f"  and {len(rows) - 20} more")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 from airground.studies.report import figure_rows
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from airground.studies.demo import Demo
 
 __all__ = ["progress", "show_demo", "show_tables", "status"]
+
+NARROWEST = 72  # columns
 
 
 @contextmanager
@@ -35,7 +39,7 @@ def progress(title: str) -> Iterator[Callable[[int, int], None]]:
         Takes how much is done, and of how much.
     """
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not sys.stderr.isatty():  # rich would take FORCE_COLOR for a terminal
         yield lambda _done, _total: None
         return
     columns = (
@@ -63,7 +67,7 @@ def status() -> Iterator[Callable[[str], None]]:
         Takes one line.
     """
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not sys.stderr.isatty():
         yield lambda _: None
         return
     with console.status("start") as spinner:
@@ -78,9 +82,8 @@ def show_tables(tables: Iterable[Table]) -> None:
     tables : iterable of Table
         One after the other.
     """
-    console = _paper()
     for table in tables:
-        console.print(table)
+        _print(table)
 
 
 def show_demo(demo: Demo, out: Path) -> None:
@@ -98,14 +101,16 @@ def show_demo(demo: Demo, out: Path) -> None:
         table.add_column(title)
     for row in figure_rows(demo):
         table.add_row(*row)
-    console = _paper()
-    console.print(table)
-    console.print(
-        f"\n{demo.elapsed_s:.1f} s; open [bold]{out / 'report.html'}[/bold]", soft_wrap=True
-    )
+    _print(table)
+    report = (str(out / "report.html"), "bold")  # as it is: a path may hold what is markup to rich
+    _print(Text.assemble(f"\n{demo.elapsed_s:.1f} s; open ", report))
 
 
-def _paper() -> Console:
-    """Where tables go: as wide as the terminal, or wide enough for all of them in a pipe or a file."""
+def _print(what: Table | Text) -> None:
+    """Print as wide as the terminal, or wide enough for all tables in a pipe or a file."""
     console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=140)
+    # In a terminal narrower than that, broken lines tell more than figures cut short.
+    console.width = max(console.width, NARROWEST) if sys.stdout.isatty() else 140
+    with console.capture() as text:  # print knows what to do when nobody reads on; rich would exit
+        console.print(what, soft_wrap=isinstance(what, Text))
+    print(text.get(), end="")

@@ -12,9 +12,12 @@ from airground.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-__all__ = ["FloatArray", "homogeneous", "numbers", "points", "readonly"]
+__all__ = ["LARGEST", "FloatArray", "homogeneous", "numbers", "points", "readonly", "refuse_huge"]
 
 FloatArray = NDArray[np.float64]
+
+LARGEST = 1e15
+"""No pixel, metre or second of ours is beyond it, and products of several numbers within it stay finite."""
 
 
 def numbers(value: ArrayLike, name: str) -> FloatArray:
@@ -39,7 +42,7 @@ def numbers(value: ArrayLike, name: str) -> FloatArray:
     """
     try:
         return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:  # an int may be too large
         raise InputError(f"{name} must be an array of numbers: {error}") from error
 
 
@@ -76,6 +79,28 @@ def readonly(value: ArrayLike, shape: tuple[int | None, ...], name: str) -> Floa
         raise InputError(f"{name} has NaN or infinite entries")
     array.flags.writeable = False
     return array
+
+
+def refuse_huge(array: ArrayLike, name: str) -> None:
+    """Raise for numbers whose products would overflow.
+
+    Parameters
+    ----------
+    array : array_like
+        Finite numbers.
+    name : str
+        What to call them in an error.
+
+    Raises
+    ------
+    InputError
+        If one of them is beyond `LARGEST`.
+    """
+    largest = float(np.max(np.abs(array), initial=0.0))
+    if largest > LARGEST:
+        raise InputError(
+            f"{name}: found {largest:.3g}, expected at most {LARGEST:g}; check the units"
+        )
 
 
 def points(value: ArrayLike, name: str) -> FloatArray:

@@ -18,7 +18,7 @@ import numpy as np
 
 from airground.errors import InputError, UndeterminedCameraError
 from airground.geometry import velocity
-from airground.geometry.arrays import FloatArray, readonly
+from airground.geometry.arrays import LARGEST, FloatArray, readonly
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -106,8 +106,8 @@ def camera_from_g(
     shifted = np.array(g)
     shifted[:2] -= centre[:, None] * g[2]  # principal point to (0, 0)
     f = _focal_length(shifted) if focal_length is None else float(focal_length)
-    if not (np.isfinite(f) and f > 0):
-        raise InputError(f"focal_length must be positive, not {focal_length}")
+    if not 1 / LARGEST < f < LARGEST:
+        raise InputError(f"focal_length must be positive and at most {LARGEST:g} px, not {f:g}")
 
     axes = shifted / np.array([[f], [f], [1.0]])  # K^-1 g = s (r1 r2)
     # H3.c = 1 / (s depth): n.c tells the sign of s, and with it the handedness of the frame.
@@ -147,7 +147,7 @@ def _focal_length(shifted: FloatArray) -> float:
             "give the focal length"
         )
     squared = -float(np.real(left * np.conj(right))) / max(float(abs(right) ** 2), 1e-300)
-    if not (np.isfinite(squared) and squared > 0):
+    if not 1 / LARGEST**2 < squared < LARGEST**2:
         raise UndeterminedCameraError(
             "no focal length explains g with square pixels and this principal point; "
             "give the principal point or the focal length"

@@ -9,7 +9,14 @@ import numpy as np
 
 from airground.errors import InputError
 from airground.geometry import velocity
-from airground.geometry.arrays import FloatArray, homogeneous, points, readonly
+from airground.geometry.arrays import (
+    LARGEST,
+    FloatArray,
+    homogeneous,
+    points,
+    readonly,
+    refuse_huge,
+)
 from airground.geometry.camera import PlaneCamera, camera_from_g
 from airground.geometry.homography import Collineation, unit_determinant
 
@@ -35,6 +42,9 @@ class LimitedHomography:
         singular = np.linalg.svd(g / np.maximum(np.abs(g).max(axis=1, keepdims=True), 1e-300))[1]
         if not singular[1] > 1e-12 * singular[0]:
             raise InputError("the columns of g are parallel: no camera sees the ground like that")
+        refuse_huge(g, "g")
+        if np.abs(g).max() < 1 / LARGEST:
+            raise InputError(f"g has no entry above {1 / LARGEST:g}; check the units")
         object.__setattr__(self, "g", g)
 
     def __repr__(self) -> str:

@@ -35,13 +35,14 @@ def n_error(g: ArrayLike | LimitedHomography, g_hat: ArrayLike | LimitedHomograp
     Returns
     -------
     n : (...) array
-        ||g - g_hat|| / ||g||.
+        ||g - g_hat|| / ||g||; a plain number for one pair.
     """
     truth, estimate = _matrix(g), _matrix(g_hat)
     axes = (-2, -1)
-    return np.asarray(
-        np.linalg.norm(truth - estimate, axis=axes) / np.linalg.norm(truth, axis=axes)  # eq. 22
-    )
+    n: FloatArray = np.linalg.norm(truth - estimate, axis=axes) / np.linalg.norm(
+        truth, axis=axes
+    )  # eq. 22
+    return n
 
 
 def align_rotation(

@@ -162,8 +162,10 @@ def legend(ax: Axes) -> None:
     Parameters
     ----------
     ax : Axes
-        With labelled artists.
+        With labelled artists, or without: then there is nothing to explain.
     """
+    if not ax.get_legend_handles_labels()[0]:
+        return
     ax.legend(
         loc="lower right",
         framealpha=0.85,

@@ -7,6 +7,7 @@ in JSON, nor in a calibration.
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,6 +18,7 @@ from airground.calibration.calibration import Calibration, Fit, Provenance, Targ
 from airground.calibration.observability import Observability
 from airground.errors import FileError, InputError
 from airground.geometry.limited import LimitedHomography
+from airground.records.access import file_error
 from airground.records.atomic import write_text
 
 if TYPE_CHECKING:
@@ -117,19 +119,16 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
     declared = document.text("format")
     family, _, version = declared.partition("/")
     if family != "airground.calibration":
-        raise FileError(name, f'format is "{declared}", expected "{FORMAT}"', column="format")
+        raise FileError(name, f'key format: found "{declared}", expected "{FORMAT}"')
     if version.split(".")[0] != "1":
         raise FileError(
-            name,
-            f"format version {version} is not known here, expected 1; update airground",
-            column="format",
+            name, f"key format: version {version} is not known here, expected 1; update airground"
         )
     lens = document.part("distortion").text("model")
     if lens != "none":
         raise FileError(
             name,
-            f'model is "{lens}", and this version knows "none" only; update airground',
-            column="distortion",
+            f'key distortion.model: found "{lens}", and this version knows "none" only; update airground',
         )
     fit, seen = document.part("fit"), document.part("observability")
     try:
@@ -141,7 +140,10 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
             time_offset_s=document.number("time_offset_s"),
             time_offset_sigma_s=document.number("time_offset_sigma_s"),
             targets={
-                target: TargetFit(sightings=entry.count_or_none("sightings"))
+                target: TargetFit(
+                    sightings=entry.count_or_none("sightings"),
+                    heading_bias_rad=entry.number_or_none("heading_bias_rad"),
+                )
                 for target, entry in document.part("targets").parts()
             },
             fit=Fit(
@@ -149,7 +151,7 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
                 rms_px=fit.number("rms_px"),
                 sightings=int(fit.number("sightings")),
                 inlier_fraction=fit.number("inlier_fraction"),
-                window_s=fit.number("window_s") if fit.has("window_s") else None,
+                window_s=fit.number_or_none("window_s"),
                 region_px=fit.numbers("region_px", 4) if fit.has("region_px") else None,
             ),
             observability=Observability(
@@ -168,11 +170,12 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
 
 def _json(name: str) -> object:
     try:
-        data = Path(name).read_bytes()
-    except OSError as error:
-        raise FileError(name, f"cannot be read: {error.strerror or error}") from error
+        with Path(name).open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise file_error(name, error, "read") from error
     if len(data) > MAX_BYTES:
-        raise FileError(name, f"is {len(data)} bytes long; a calibration has at most {MAX_BYTES}")
+        raise FileError(name, f"is longer than {MAX_BYTES} bytes; expected a calibration in JSON")
     try:
         return json.loads(data.decode("utf-8-sig"), parse_constant=_refuse)
     except UnicodeDecodeError as error:
@@ -217,21 +220,20 @@ class _Reader:
         self.name = name
         self.where = where
         if not isinstance(value, dict):
-            raise FileError(
-                name, f"expected a JSON object, found {_kind(value)}", column=where or None
-            )
+            key = f"key {where.removesuffix('.')}: " if where else ""
+            raise FileError(name, f"{key}expected a JSON object, found {_kind(value)}")
         self.value: dict[str, Any] = value
 
     def wrong(self, key: str, expected: str, found: object) -> FileError:
         """Error for an entry."""
         return FileError(
-            self.name, f"expected {expected}, found {_kind(found)}", column=f"{self.where}{key}"
+            self.name, f"key {self.where}{key}: expected {expected}, found {_kind(found)}"
         )
 
     def get(self, key: str) -> Any:
         """Entry as it is."""
         if key not in self.value:
-            raise FileError(self.name, "is missing", column=f"{self.where}{key}")
+            raise FileError(self.name, f"key {self.where}{key} is missing")
         return self.value[key]
 
     def has(self, key: str) -> bool:
@@ -248,21 +250,23 @@ class _Reader:
     def number(self, key: str) -> float:
         """Entry that is a number."""
         value = self.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        if not _is_number(value):
             raise self.wrong(key, "a number", value)
-        return value
+        return float(value)
 
     def count_or_none(self, key: str) -> int | None:
         """Entry that is a whole number, if it is there."""
         return int(self.number(key)) if self.has(key) else None
 
+    def number_or_none(self, key: str) -> float | None:
+        """Entry that is a number, if it is there."""
+        return self.number(key) if self.has(key) else None
+
     def numbers(self, key: str, count: int | None = None) -> Any:
         """Entry that is a list of so many numbers."""
         value = self.get(key)
         fine = isinstance(value, list) and count in {None, len(value)}
-        if not fine or not all(
-            isinstance(x, int | float) and not isinstance(x, bool) for x in value
-        ):
+        if not fine or not all(map(_is_number, value)):
             wanted = "a list of numbers" if count is None else f"{count} numbers"
             raise self.wrong(key, wanted, value)
         return tuple(value)
@@ -271,11 +275,7 @@ class _Reader:
         """Entry that is one of some words."""
         value = self.text(key)
         if value not in known:
-            raise FileError(
-                self.name,
-                f'expected {" or ".join(known)}, found "{value}"',
-                column=f"{self.where}{key}",
-            )
+            raise self.wrong(key, " or ".join(known), value)
         return value
 
     def part(self, key: str) -> _Reader:
@@ -294,6 +294,18 @@ class _Reader:
         return [_Reader(self.name, v, f"{self.where}{key}[{k}].") for k, v in enumerate(value)]
 
 
+def _is_number(value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)  # JSON has no infinity, but 1e999 reads as one
+    except OverflowError:
+        return False
+
+
 def _kind(value: object) -> str:
-    text = json.dumps(value)
+    try:
+        text = json.dumps(value)
+    except RecursionError:
+        return "brackets in brackets"
     return text if len(text) <= 40 else f"{text[:37]}..."
