@@ -66,7 +66,10 @@ def test_standing_still_has_no_heading() -> None:
         ((20.0,), "80 and 140 degrees"),
         ((20.0, 110.0), "65 degrees"),
         ((0.0, 30.0), "105 degrees"),
-        ((20.0, 80.0, 140.0), "50 degrees"),
+        ((20.0, 80.0, 140.0), "other parts of the image"),
+        ((22.0, 33.0), "88 and 148 degrees"),
+        ((5.0, 175.0), "60 and 120 degrees"),  # near each other, across the wrap
+        ((26.0, 37.0, 53.0, 68.0, 83.0, 97.0), "151 degrees"),
         ((0.0, 45.0, 90.0, 135.0), "other parts of the image"),
     ],
 )

@@ -14,6 +14,12 @@ __all__ = ["advise", "distinct_headings_deg"]
 SECTOR_DEG = 15
 """Headings closer than this count as one."""
 
+APART_DEG = 30
+"""Headings within this of each other fix their vanishing points too badly to count as two."""
+
+ENOUGH = 3
+"""Headings whose vanishing points, two constraints each, give the five that eq. 16 needs."""
+
 MIN_SHARE = 0.02
 """A heading counts if at least this share of the way was driven along it."""
 
@@ -67,11 +73,27 @@ def advise(headings_deg: tuple[float, ...]) -> str:
     """
     if not headings_deg:
         return "drive: the readings show no motion"
-    if len(headings_deg) < 4:
-        gaps = np.diff([*headings_deg, headings_deg[0] + 180.0])
+    apart = _well_apart(headings_deg)
+    if len(apart) < ENOUGH:
+        gaps = np.diff([*apart, apart[0] + 180.0])
         widest = int(np.argmax(gaps))
-        parts = 3 if len(headings_deg) == 1 else 2
-        new = [(headings_deg[widest] + gaps[widest] * k / parts) % 180 for k in range(1, parts)]
+        parts = 1 + ENOUGH - len(apart)
+        new = sorted((apart[widest] + gaps[widest] * k / parts) % 180 for k in range(1, parts))
         wanted = " and ".join(f"{h:.0f}" for h in new)
         return f"drive also at about {wanted} degrees, in different parts of the image"
     return "drive the same headings again in other parts of the image, or in curves that fill it"
+
+
+def _well_apart(headings_deg: tuple[float, ...]) -> list[float]:
+    """Headings, those that are too near to each other to help taken as one in their middle."""
+    start = int(
+        np.argmax(np.diff([headings_deg[-1] - 180.0, *headings_deg]))
+    )  # after the widest gap
+    turned = [*headings_deg[start:], *(h + 180.0 for h in headings_deg[:start])]
+    groups: list[list[float]] = []
+    for heading in turned:
+        if groups and heading - groups[-1][0] < APART_DEG:
+            groups[-1].append(heading)
+        else:
+            groups.append([heading])
+    return sorted((group[0] + group[-1]) / 2 % 180 for group in groups)

@@ -140,6 +140,8 @@ def judge(
     advice = advise(headings)
     if explained and sigma <= WEAK_SIGMA:
         return Observability("weak", sigma, tuple(map(float, relative)), advice)
+    if not explained:
+        advice += "; and look for wrong sightings, or for readings of another robot or clock"
     rank = min(RANK - 1, int(np.sum(relative > RANK_FLOOR)))
     seen = ", ".join(f"{h:.0f}" for h in headings) or "none"
     what = (
