@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import time
 from pathlib import Path
 
@@ -44,7 +43,8 @@ NAMES = (
 def main() -> None:
     folder = Path(os.environ.get("AIRGROUND_DATA", Path(__file__).parents[2] / "shared" / "data"))
     if not folder.is_dir():
-        sys.exit(f"no recordings at {folder}; set AIRGROUND_DATA")
+        print(f"no recordings at {folder}; set AIRGROUND_DATA to their folder")
+        return
     print(
         "n and map error after the best rotation of the ground; map = relative error of ground velocities"
     )

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from airground._version import __version__
+from airground.records import write_motion, write_tracks
+from airground.sim import calibration_drive, demo_world
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -32,17 +36,31 @@ def test_blocks_are_found() -> None:
     assert python_blocks("a\n```python\nx = 1\n```\n```sh\nls\n```\n") == [(3, "x = 1\n")]
 
 
-@pytest.mark.parametrize(
-    "path",
-    [p for p in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))] if p.exists()],
-    ids=lambda path: str(path.relative_to(ROOT)),
-)
-def test_python_in_documents_compiles(path: Path) -> None:
-    blocks = python_blocks(path.read_text("utf-8"))
-    if not blocks:
-        pytest.skip("no Python in it")
-    for line, code in blocks:
-        compile("\n" * (line - 1) + code, str(path), "exec", dont_inherit=True)
+DOCUMENTS = [
+    path
+    for path in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
+    if path.exists() and python_blocks(path.read_text("utf-8"))
+]
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_python_in_documents_runs(path: Path, tmp_path: Path) -> None:
+    drive = calibration_drive(demo_world(), np.random.default_rng(0))
+    write_tracks(tmp_path / "tracks.csv", drive.tracks)
+    write_motion(tmp_path / "motion.csv", drive.motion)
+    code = "\n".join(block for _, block in python_blocks(path.read_text("utf-8")))
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_readme_has_python() -> None:
+    assert ROOT / "README.md" in DOCUMENTS
 
 
 def listed() -> list[Path]:
