@@ -88,15 +88,11 @@ def test_no_file_names_a_registry_or_a_place_on_one_machine() -> None:
 
 def test_citation_has_the_version() -> None:
     path = ROOT / "CITATION.cff"
-    if not path.exists():
-        pytest.skip("no CITATION.cff yet")
     versions = re.findall(r"^version: *[\"']?([^\"'\n]+)", path.read_text("utf-8"), re.MULTILINE)
     assert versions == [__version__]
 
 
 def test_changelog_opens_with_the_version() -> None:
     path = ROOT / "CHANGELOG.md"
-    if not path.exists():
-        pytest.skip("no CHANGELOG.md yet")
     headings = re.findall(r"^## \[?v?(\d[^\s\]]*)", path.read_text("utf-8"), re.MULTILINE)
     assert headings[:1] == [__version__]

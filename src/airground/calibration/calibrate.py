@@ -178,7 +178,7 @@ def _uncertainty(
     data = pairing.at_offset(clock.offset)
     shifted = None if given else _shifted(pairing, data, clock.offset)
     if shifted is None:
-        return jackknife_covariance(data, fit)[:6, :6], 0.0
+        return jackknife_covariance(data, fit)[:6, :6], 0.0 if given else ASSUMED_SIGMA
     middle, earlier, later = shifted
     if clock.found:
         joint = jackknife_covariance(middle, fit, (earlier, later), CLOCK_STEP)
