@@ -67,17 +67,18 @@ class Speeds:
             Target, number of rows, median and largest speed, median deviation; only targets with rows.
         """
         summary: list[dict[str, str | int | float]] = []
-        for k, name in enumerate(self.targets):
-            mine = self.target_index == k
-            if not mine.any():
+        speed = self.speed
+        ends = np.searchsorted(self.target_index, np.arange(len(self.targets) + 1))
+        for name, first, last in zip(self.targets, ends[:-1], ends[1:], strict=True):
+            if first == last:
                 continue
-            speed = self.speed[mine]
+            mine = slice(int(first), int(last))
             summary.append(
                 {
                     "target": name,
-                    "rows": len(speed),
-                    "speed_median_mps": float(np.median(speed)),
-                    "speed_max_mps": float(speed.max()),
+                    "rows": int(last - first),
+                    "speed_median_mps": float(np.median(speed[mine])),
+                    "speed_max_mps": float(speed[mine].max()),
                     "speed_sigma_median_mps": float(np.median(self.speed_sigma[mine])),
                 }
             )

@@ -90,7 +90,9 @@ def run(args: Namespace) -> None:
             }
         )
         return
-    print(f"{args.out}: {len(speeds.t)} velocities of {len(rows)} targets")
+    print(
+        f"{args.out}: {len(speeds.t)} velocities of {len(rows)} target{'' if len(rows) == 1 else 's'}"
+    )
     for row in rows[:20]:
         print(
             f"  {printable(str(row['target']))}: median {row['speed_median_mps']:.3f} m/s, "
