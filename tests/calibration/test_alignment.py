@@ -80,16 +80,15 @@ def test_velocities_are_in_one_frame_and_are_not_turned(rng: np.random.Generator
 def test_robots_that_determine_g_only_together_are_taken_as_one_frame(
     rng: np.random.Generator,
 ) -> None:
-    # Each circles in half a turn or less of headings: neither alone determines g, both together do.
+    # Thin ellipses across each other: neither alone determines g well enough to turn the other by it.
     first = Drive(A.centre, (A.size[0], 0.15 * A.size[1]), 40.0, ratio=1)
     second = Drive(A.centre, (0.15 * A.size[0], A.size[1]), 40.0, ratio=1)
     notes: list[str] = []
     found = calibrate(*two(first, second, 0.0, rng, noise=0.5), note=notes.append)
     aligned, _ = align_rotation(SCENE.g, found.model)
-    assert n_error(SCENE.g, aligned) < 0.05
-    assert any("one zero" in note for note in notes) == (
-        found.targets["a"].heading_bias_rad is None
-    )
+    assert n_error(SCENE.g, aligned) < 0.1
+    assert [t.heading_bias_rad for t in found.targets.values()] == [None, None]
+    assert any("one zero" in note for note in notes)
 
 
 def test_the_stated_deviation_holds_with_biases(rng: np.random.Generator) -> None:

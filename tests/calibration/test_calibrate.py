@@ -68,7 +68,6 @@ def test_an_offset_beyond_the_reach_of_the_search_is_not_made_up() -> None:
 
 
 def test_an_offset_that_is_assumed_widens_the_covariance_and_is_said() -> None:
-    # The clocks agree, but the readings leave no room for a search: only two thirds of a second each way.
     slow = Drive(DRIVE.centre, DRIVE.size, 4000.0, ratio=2)
     t = np.arange(0, 4000, 20.0)  # nothing changes within a second
     tracks, motion = see(SCENE, slow, t), read(slow, np.arange(0, 4000, 20.0), offset=1.1)

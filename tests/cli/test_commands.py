@@ -209,7 +209,11 @@ def airground(*argv: str, **options: Any) -> subprocess.Popen[str]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupted_exits_130_and_leaves_nothing(tmp_path: Path, number: signal.Signals) -> None:
     process = airground("reproduce", "fig4", "--trials", "5000000", "--out", str(tmp_path / "out"))
-    time.sleep(3)
+    for _ in range(300):  # the folder is made before the long work
+        if (tmp_path / "out").exists():
+            break
+        time.sleep(0.1)
+    time.sleep(0.5)
     process.send_signal(number)
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130

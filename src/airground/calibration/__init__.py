@@ -1,6 +1,6 @@
 """Tracks and motion in, a calibration out. No files, no clocks."""
 
-from airground.calibration.calibrate import calibrate
+from airground.calibration.calibrate import SPEED_SCALE_SIGMA, calibrate
 from airground.calibration.calibration import Calibration, Fit, Provenance, TargetFit
 from airground.calibration.linear import estimate_linear
 from airground.calibration.observability import Observability
@@ -9,6 +9,7 @@ from airground.calibration.samples import MotionSamples
 from airground.calibration.speeds import Speeds, measure_speeds
 
 __all__ = [
+    "SPEED_SCALE_SIGMA",
     "Calibration",
     "Fit",
     "Motion",

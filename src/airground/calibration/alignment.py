@@ -17,13 +17,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.calibration.linear import denormalized, linear_system, null_vector, scale_by_speed
+from airground.calibration.linear import (
+    RANK_TOL,
+    denormalized,
+    linear_system,
+    null_vector,
+    scale_by_speed,
+)
 from airground.calibration.samples import MotionSamples
 from airground.geometry.arrays import FloatArray
 from airground.geometry.velocity import image_velocity
 
 if TYPE_CHECKING:
     from airground.calibration.correspondences import Correspondences
+    from airground.calibration.recordings import IntArray
 
 __all__ = ["LinearFit", "fit_linear", "unexplained"]
 
@@ -38,6 +45,9 @@ class LinearFit:
 
     g: FloatArray
     """(3, 2). Scaled as in eq. 21; some g also where the motion does not determine it."""
+
+    singular: FloatArray
+    """(6,). Singular values of eq. 16's system in normalised pixels, descending."""
 
     turns: FloatArray
     """(K,) [rad]. What to add to each target's headings; 0 for the reference."""
@@ -71,25 +81,22 @@ def fit_linear(data: Correspondences, *, like: LinearFit | None = None) -> Linea
     """
     turns = np.zeros(data.target_count)
     present = np.unique(data.target_index)
-    if data.one_frame or len(present) < 2:
-        return LinearFit(_fit(data.samples), turns, -1, data.samples)
-    if like is None:
-        reference = _reference(data, present)
-        if reference < 0:
-            return LinearFit(_fit(data.samples), turns, -1, data.samples)
-        g, rounds = _fit(data.samples.take(data.target_index == reference)), ROUNDS
-    elif like.reference < 0:
-        return LinearFit(_fit(data.samples), turns, -1, data.samples)
-    else:
-        reference, turns, g, rounds = like.reference, np.array(like.turns), like.g, 1
-    samples = data.samples
-    for _ in range(rounds):
+    apart = not data.one_frame and len(present) > 1  # headings may count from several zeros
+    reference, g = -1, np.zeros((3, 2))
+    if apart and like is None:
+        reference, g = _reference(data, present)
+    elif apart and like is not None:
+        reference, turns, g = like.reference, np.array(like.turns), like.g
+    if reference < 0:
+        return LinearFit(*_fit(data.samples), turns, -1, data.samples)
+    samples, singular = data.samples, np.zeros(6)
+    for _ in range(ROUNDS if like is None else 1):
         for target in present:
             turns[target] = _turn(g, data.samples.take(data.target_index == target))
         turns -= turns[reference]
         samples = _turned(data.samples, turns[data.target_index])
-        g = _fit(samples)
-    return LinearFit(g, turns, reference, samples)
+        g, singular = _fit(samples)
+    return LinearFit(g, singular, turns, reference, samples)
 
 
 def unexplained(g: FloatArray, samples: MotionSamples) -> float:
@@ -112,23 +119,24 @@ def unexplained(g: FloatArray, samples: MotionSamples) -> float:
     return float(np.sqrt(np.sum(residual**2) / power)) if power > 0 else 1.0
 
 
-def _fit(samples: MotionSamples) -> FloatArray:
+def _fit(samples: MotionSamples) -> tuple[FloatArray, FloatArray]:
+    """Scaled g and the system's singular values."""
     A, T = linear_system(samples)
-    g_hat, _ = null_vector(A)
-    return scale_by_speed(denormalized(g_hat, T), samples)
+    g_hat, singular = null_vector(A)
+    return scale_by_speed(denormalized(g_hat, T), samples), singular
 
 
-def _reference(data: Correspondences, present: np.ndarray[tuple[int], np.dtype[np.intp]]) -> int:
-    """Target whose own drive determines g best; -1 if none does."""
-    best, ratio = -1, CLEAR
+def _reference(data: Correspondences, present: IntArray) -> tuple[int, FloatArray]:
+    """Target whose own drive determines g best, and that g; -1 if none does."""
+    best, best_g, ratio = -1, np.zeros((3, 2)), CLEAR
     for target in present:
         mine = data.samples.take(data.target_index == target)
         if len(mine) < MIN_SAMPLES:
             continue
-        _, singular = null_vector(linear_system(mine)[0])
-        if singular[4] > 1e-7 * singular[0] and singular[5] < ratio * singular[4]:
-            best, ratio = int(target), float(singular[5] / singular[4])
-    return best
+        g, singular = _fit(mine)
+        if singular[4] > RANK_TOL * singular[0] and singular[5] < ratio * singular[4]:
+            best, best_g, ratio = int(target), g, float(singular[5] / singular[4])
+    return best, best_g
 
 
 def _turn(g: FloatArray, samples: MotionSamples) -> float:

@@ -12,11 +12,12 @@ from airground.calibration.clock import ASSUMED_SIGMA, REACH, ClockFit, find_off
 from airground.calibration.correspondences import Correspondences, Pairing, pair_recordings
 from airground.calibration.headings import advise, distinct_headings_deg
 from airground.calibration.jackknife import jackknife_covariance
-from airground.calibration.linear import RANK, estimate_linear, linear_system, null_vector
+from airground.calibration.linear import RANK, require_rank
 from airground.calibration.observability import judge
 from airground.calibration.recordings import refuse_extremes
 from airground.errors import InputError, UnobservableMotionError
 from airground.geometry.arrays import refuse_huge
+from airground.geometry.limited import LimitedHomography
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from airground.calibration.recordings import Motion, Tracks
     from airground.calibration.samples import MotionSamples
     from airground.geometry.arrays import FloatArray
-    from airground.geometry.limited import LimitedHomography
 
 __all__ = ["SPEED_SCALE_SIGMA", "calibrate"]
 
@@ -93,7 +93,8 @@ def calibrate(
     _enough(data, pairing, motion, clock.offset)
     fit = fit_linear(data)
     samples = fit.samples
-    model = estimate_linear(samples)
+    require_rank(fit.singular, samples)
+    model = LimitedHomography(fit.g)
 
     # Neighbouring windows overlap, so a deviation does not need all of a long drive.
     few = pairing.thinned(MAX_JACKKNIFE)
@@ -101,9 +102,8 @@ def calibrate(
     # g goes with the inverse cube root of the speeds' scale (eq. 17).
     row = model.g.ravel()
     covariance = covariance + (speed_scale_sigma / 3) ** 2 * np.outer(row, row)
-    _, singular = null_vector(linear_system(samples)[0])
     left_over = unexplained(model.g, samples)
-    observability = judge(model.g, covariance, samples, singular, left_over)
+    observability = judge(model.g, covariance, samples, fit.singular, left_over)
 
     if time_offset_s is None and not clock.found:
         say(

@@ -152,11 +152,9 @@ class Pairing:
             xy, stretch = pair.path.at(pair.t + offset)
             w = pair.windows
             first, last = stretch[w.first], stretch[w.first + w.count - 1]
-            keep = (first >= 0) & (first == last)
-            for k in range(
-                1, w.count - 1
-            ):  # a gap may lie in between, where the number comes back to the same
-                keep &= stretch[w.first + k] == first
+            keep = (first >= 0) & (
+                first == last
+            )  # numbers only grow: no gap lies between equal ones
             kept = w.take(keep)
             _, velocity = kept.fit(pair.t, xy)
             uv.append(pair.uv[keep])

@@ -24,14 +24,18 @@ __all__ = [
     "linear_system",
     "normalizer",
     "null_vector",
+    "require_rank",
     "scale_by_speed",
 ]
 
 BLOCK = 1024  # rows
+RANK_TOL = (
+    1e-7  # of the largest singular value: well above rounding, well below any drive worth the name
+)
 RANK = 5  # g has six entries, and eq. 16 leaves its scale free
 
 
-def estimate_linear(samples: MotionSamples, *, rank_tol: float = 1e-7) -> LimitedHomography:
+def estimate_linear(samples: MotionSamples, *, rank_tol: float = RANK_TOL) -> LimitedHomography:
     """Estimate g from motion correspondences (eqs. 16 and 17).
 
     The direction of g is the null vector of one linear constraint per sample; its scale and sign then follow from the
@@ -57,6 +61,29 @@ def estimate_linear(samples: MotionSamples, *, rank_tol: float = 1e-7) -> Limite
     """
     A, T = linear_system(samples)
     g_hat, singular = null_vector(A)
+    require_rank(singular, samples, rank_tol=rank_tol)
+    return LimitedHomography(scale_by_speed(denormalized(g_hat, T), samples))
+
+
+def require_rank(
+    singular: FloatArray, samples: MotionSamples, *, rank_tol: float = RANK_TOL
+) -> None:
+    """Raise where more than one g solves eq. 16.
+
+    Parameters
+    ----------
+    singular : (6,) array
+        Singular values of the system, descending.
+    samples : MotionSamples
+        What the system was filled from.
+    rank_tol : float
+        Singular values below `rank_tol` times the largest count as zero.
+
+    Raises
+    ------
+    UnobservableMotionError
+        With the rank, the headings seen, and what to drive next.
+    """
     floor = rank_tol * singular[0] if singular[0] > 0 else np.inf
     rank = int(np.sum(singular > floor))
     if rank < RANK:
@@ -69,7 +96,6 @@ def estimate_linear(samples: MotionSamples, *, rank_tol: float = 1e-7) -> Limite
             headings_deg=headings,
             advice=advise(headings),
         )
-    return LimitedHomography(scale_by_speed(denormalized(g_hat, T), samples))
 
 
 def linear_system(samples: MotionSamples) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from airground._version import __version__
-from airground.calibration import Provenance, calibrate
+from airground.calibration import SPEED_SCALE_SIGMA, Provenance, calibrate
 from airground.cli.output import (
     Notes,
     image_size,
@@ -80,7 +80,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--speed-scale-sigma",
         type=float,
-        default=0.02,
+        default=SPEED_SCALE_SIGMA,
         metavar="S",
         help="relative deviation of the speeds' scale, which no data of one robot tell (default: %(default)s)",
     )
