@@ -103,6 +103,23 @@ def test_nadir_says_why_there_is_no_camera_until_the_focal_length_is_given() -> 
     assert known.camera.height_m == pytest.approx(6.0, rel=1e-6)
 
 
+def test_a_focal_length_that_could_be_anything_is_not_printed(rng: np.random.Generator) -> None:
+    # A ceiling camera a few degrees off nadir: g gives the height over the focal length, hardly either.
+    here = scene(tilt_deg=2, height=4.0, focal_length=2000.0)
+    drive = fit_drive(here)
+    tracks = see(here, drive, T, noise=0.5, rng=rng)
+    readings = read(
+        drive, np.arange(-1, 61, 0.05), form="speed", speed_noise=0.05, heading_noise=0.03, rng=rng
+    )
+    found = calibrate(tracks, readings, image_size_px=here.image_size)
+    inspection = inspect_calibration(found)
+    assert inspection.camera is None
+    assert "focal length" in inspection.camera_problem
+    known = inspect_calibration(found, focal_length_px=2000.0).camera
+    assert known is not None
+    assert abs(known.camera.height_m - 4.0) < 3 * known.height_sigma_m
+
+
 def test_without_an_image_size_the_driven_region_is_inspected_and_the_camera_is_not_guessed() -> (
     None
 ):

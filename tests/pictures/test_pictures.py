@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from airground.calibration import Calibration, calibrate
 from airground.calibration.inspection import inspect_calibration
 from airground.geometry import LimitedHomography
-from airground.pictures.inspection import draw_grid, draw_inspection, grid_spacing
+from airground.pictures.inspection import _round_levels, draw_grid, draw_inspection, grid_spacing
 from drives import fit_drive, read, see
 from scenes import Scene, scene
 
@@ -90,3 +90,13 @@ def test_grid_lines_are_straight_and_a_spacing_apart() -> None:
 )
 def test_spacing_is_round(extent: float, spacing: float) -> None:
     assert grid_spacing(extent) == pytest.approx(spacing)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(417.4, 487.0), (4.8, 59.8), (0.1, 900.0), (99.0, 101.0), (1.0, 2.9)]
+)
+def test_scale_lines_are_a_few_round_numbers_inside(low: float, high: float) -> None:
+    levels = _round_levels(low, high)
+    assert 2 <= len(levels) <= 8
+    assert all(low < level < high for level in levels)
+    assert all(len(f"{level:g}") <= 5 for level in levels)

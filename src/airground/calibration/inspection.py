@@ -11,7 +11,6 @@ from airground.calibration.observability import ground_velocity_covariance
 from airground.errors import (
     AirgroundError,
     InputError,
-    UndeterminedCameraError,
     UndeterminedError,
 )
 from airground.geometry.arrays import FloatArray
@@ -23,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["CameraEstimate", "Inspection", "inspect_calibration", "point_sigma"]
 
+MAX_FOCAL_SIGMA = (
+    0.5  # relative; beyond it neither the number nor its first-order deviation says anything
+)
 GRID = 9  # points along each side at which the scale is given
 
 
@@ -187,9 +189,14 @@ def _camera(
             step[k] = 0.01 * np.sqrt(calibration.covariance[k, k]) or 1e-9 * np.abs(g).max()
             high, low = camera(g + step.reshape(3, 2)), camera(g - step.reshape(3, 2))
             derivative[:, k] = (_numbers(high) - _numbers(low)) / (2 * step[k])
-    except (UndeterminedCameraError, AirgroundError) as error:
+    except AirgroundError as error:
         return None, str(error)
     sigma = np.sqrt(np.einsum("ik,kl,il->i", derivative, calibration.covariance, derivative))
+    if sigma[0] > MAX_FOCAL_SIGMA * found.focal_length_px:
+        return None, (
+            f"g leaves the focal length uncertain by {sigma[0] / found.focal_length_px:.0%}: the camera looks "
+            "nearly straight down; give the focal length, or calibrate on a longer drive"
+        )
     return CameraEstimate(found, *map(float, sigma)), ""
 
 

@@ -24,6 +24,7 @@ HORIZON = "#d55e00"
 SKY = "#eef3f7"
 SCALE = "#b8e0c8"
 TRACKS = ("#56b4e9", "#ffa94d", "#e58fc0", "#f0e442")  # stand out on dark and on slate
+REACH = 1.1  # frame heights; a horizon further than this from the middle is not shown
 LINES = 14  # about so many grid lines across the ground that is seen
 SAMPLES = 200  # points along a grid line
 
@@ -95,14 +96,14 @@ def draw_inspection(
 
 
 def _with_horizon(inspection: Inspection) -> tuple[float, float, float, float] | None:
-    """The frame, grown to show the horizon; None where that is further away than the frame is high."""
+    """The frame, grown to show the horizon; None where that would leave more sky than ground."""
     u0, v0, u1, v1 = inspection.frame_px
     a, b, c = inspection.horizon
     if a == b == 0.0:
         return None
     middle = np.array([(u0 + u1) / 2, (v0 + v1) / 2])
     distance = float(a * middle[0] + b * middle[1] + c)
-    reach = (v1 - v0) / 2 + (v1 - v0)
+    reach = REACH * (v1 - v0)
     if abs(distance) > reach:
         return None
     margin = 0.06 * (v1 - v0)
@@ -144,16 +145,31 @@ def _draw_scale(
             grid[..., 0], grid[..., 1], scale, levels=levels, colors=SCALE, linewidths=1.0
         )
         ax.clabel(lines, fmt=lambda x: f"{x:g} px/m", fontsize=9)
+    else:
+        ax.text(
+            0.02,
+            0.97,
+            f"{largest:.4g} px/m everywhere",
+            transform=ax.transAxes,
+            va="top",
+            color=SCALE,
+        )
 
 
 def _round_levels(low: float, high: float) -> list[float]:
-    """At most six round numbers between two."""
-    for digits in ((1, 1.5, 2, 2.5, 3, 4, 5, 6, 8), (1, 2, 3, 5), (1, 2, 5), (1, 3), (1,)):
+    """Round numbers between two, about six at most."""
+    if high - low < 1e-6 * high:  # straight down: one scale for all
+        return []
+    if high < 3 * low:  # nearly so: equal steps
+        step = grid_spacing((high - low) * LINES / 4)
+        first = int(np.ceil(low / step * (1 + 1e-9)))
+        return [float(f"{k * step:.12g}") for k in range(first, int(np.ceil(high / step)))]
+    for digits in ((1, 1.5, 2, 3, 5, 7), (1, 2, 3, 5), (1, 2, 5), (1, 3), (1,)):
         powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
         levels = [float(d * p) for p in powers for d in digits if low < d * p < high]
         if len(levels) <= 6:
-            return levels
-    return levels[:: 1 + len(levels) // 6]
+            break
+    return levels
 
 
 def legend(ax: Axes) -> None:
