@@ -100,6 +100,43 @@ def test_inspect_json(recording: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert "--image-size" in blind["camera_problem"]
 
 
+def test_inspect_says_the_lens(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*CALIBRATE, "--image-size", "1280x720"]) == 0
+    capsys.readouterr()
+    assert main(["inspect", "c.json", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lens"] is None
+    path = recording / "c.json"
+    document = json.loads(path.read_text())
+    center, k1, sigma = [639.5, 359.5], -2e-7, 1e-8
+    document["distortion"] = {"model": "division", "k1": k1, "center_px": center}
+    path.write_text(json.dumps(document))
+    assert main(["inspect", "c.json"]) == 0
+    assert "lens k1 -2e-07 per px^2 (taken as exact), barrel" in capsys.readouterr().out
+    document["distortion"]["k1_covariance"] = [0.0] * 6 + [sigma**2]
+    path.write_text(json.dumps(document))
+    assert main(["inspect", "c.json", "--picture", "view.png"]) == 0
+    out = capsys.readouterr().out
+    assert "lens k1 -2e-07 per px^2 (deviation 1e-08), barrel" in out
+    assert "for square pixels, in the undistorted image:" in out
+    assert main(["inspect", "c.json", "--json"]) == 0
+    lens = json.loads(capsys.readouterr().out)["lens"]
+    assert (lens["model"], lens["k1"], lens["center_px"]) == ("division", k1, center)
+    assert lens["k1_sigma"] == pytest.approx(sigma)
+    r2 = 640**2 + 360**2
+    assert lens["bend_frame_px"] == pytest.approx(r2**0.5 * (1 / (1 + k1 * r2) - 1))
+    assert lens["bend_frame_sigma_px"] == pytest.approx(r2**1.5 / (1 + k1 * r2) ** 2 * sigma)
+    assert 0 < lens["bend_region_px"] < lens["bend_frame_px"]
+    assert main(SPEED) == 0
+    # A lens that does not reach the corners: said, and no number.
+    document["distortion"] = {"model": "division", "k1": -2.1e-6, "center_px": center}
+    path.write_text(json.dumps(document))
+    capsys.readouterr()
+    assert main(["inspect", "c.json", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lens"]["bend_frame_px"] is None
+    assert main(["inspect", "c.json", "--picture", "view.png"]) == 0
+    assert "beyond what the lens's model reaches" in capsys.readouterr().out
+
+
 def test_speed_json(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     del recording
     assert main(CALIBRATE) == 0
@@ -121,7 +158,7 @@ def test_speed_json(recording: Path, capsys: pytest.CaptureFixture[str]) -> None
         ([*CALIBRATE, "--image-size", "big"], "1280x720"),
         ([*CALIBRATE, "--time-offset-s", "soon"], "soon"),
         ([*CALIBRATE, "--time-offset-s", "nan"], "nan"),
-        ([*CALIBRATE, "--distortion", "division"], "division"),
+        ([*CALIBRATE, "--method", "linear", "--distortion", "division"], "linear"),
         ([*CALIBRATE, "--speed-scale-sigma", "-1"], "speed_scale_sigma"),
         ([*CALIBRATE[:-1], "tracks.csv"], "--out names an input"),
         ([*CALIBRATE[:-1], "nowhere/c.json"], "nowhere"),

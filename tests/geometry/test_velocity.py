@@ -36,3 +36,14 @@ def test_gradient_is_row_by_row() -> None:
     assert D[0, 0] == 4 * (1 - 4) + 4
     # d/dg01: n.c does not change, 4 * y.
     assert D[0, 1] == 8
+
+
+def test_derivative_by_the_point_against_finite_differences(rng: np.random.Generator) -> None:
+    g, uv, xy_dot = rng.normal(size=(3, 2)), rng.normal(size=(20, 2)), rng.normal(size=(20, 2))
+    found = velocity.image_velocity_by_point(g, uv, xy_dot)
+    h = 1e-6
+    for i, e in enumerate(np.eye(2)):
+        high, low = (velocity.image_velocity(g, uv + s * h * e, xy_dot) for s in (1, -1))
+        assert_allclose(found[..., i], (high - low) / (2 * h), rtol=1e-6, atol=1e-7)
+    one = velocity.image_velocity_by_point(g, uv[0], xy_dot)
+    assert one.shape == (20, 2, 2)

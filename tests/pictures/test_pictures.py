@@ -13,10 +13,11 @@ from matplotlib.figure import Figure
 
 from airground.calibration import Calibration, calibrate
 from airground.calibration.inspection import inspect_calibration
-from airground.geometry import LimitedHomography
+from airground.geometry import DivisionLens, LimitedHomography
 from airground.pictures.inspection import _round_levels, draw_grid, draw_inspection, grid_spacing
 from drives import fit_drive, read, see
 from scenes import Scene, scene
+from warp import Warp
 
 HORIZON_BGR = np.array([0x00, 0x5E, 0xD5])
 
@@ -83,6 +84,56 @@ def test_grid_lines_are_straight_and_a_spacing_apart() -> None:
     values = np.array([value for _, value in constant])
     np.testing.assert_allclose(values, np.round(values), atol=1e-6)
     assert len(constant) > 8
+
+
+def bent(here: Scene, warp: Warp) -> Calibration:
+    return dataclasses.replace(
+        calibrated(here),
+        lens=DivisionLens(warp.k1, np.array(warp.center)),
+        image_size_px=(1280, 720),
+    )
+
+
+@pytest.mark.parametrize("k1", [-7e-7, 4e-7])
+def test_a_bent_horizon_is_drawn_where_the_far_ground_is(tmp_path: Path, k1: float) -> None:
+    here = scene(tilt_deg=66)
+    warp = Warp(k1, here.principal_point)
+    calibration = bent(here, warp)
+    figure_of = tmp_path / "view.png"
+    draw_inspection(figure_of, calibration, inspect_calibration(calibration))
+    drawn = horizon_pixels(figure_of)
+    rows = [np.flatnonzero(column) for column in drawn.T]
+    across = [k for k, row in enumerate(rows) if len(row)]
+    # From the picture's left edge to its right: high in the middle for a barrel, low for a pincushion.
+    line = np.array([rows[k][0] for k in across if len(rows[k])], dtype=float)
+    ends, middle = (line[5] + line[-5]) / 2, line[len(line) // 2]
+    assert (middle < ends - 10) if k1 < 0 else (middle > ends + 10)
+
+
+def test_grid_lines_are_those_of_the_ground_through_the_lens() -> None:
+    here = scene(tilt_deg=50)
+    warp = Warp(-6e-7, here.principal_point)
+    calibration = bent(here, warp)
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    ax = figure.add_subplot()
+    spacing = draw_grid(ax, calibration, (0.0, 0.0, 1279.0, 719.0))
+    origin = here.unproject(calibration.origin_px)
+    constant, bow = [], 0.0
+    for line in ax.lines:
+        uv = np.column_stack([np.asarray(x, dtype=float) for x in line.get_data()])
+        uv = uv[np.isfinite(uv).all(axis=1) & here.in_image(uv)]
+        if len(uv) < 3:
+            continue
+        bow = max(bow, float(np.linalg.svd(uv - uv.mean(axis=0), compute_uv=False)[1]))
+        xy = (here.unproject(warp.straighten(uv)) - origin) / spacing
+        along = int(np.argmin(np.ptp(xy, axis=0)))
+        assert np.ptp(xy[:, along]) < 1e-6
+        constant.append((along, xy[0, along]))
+    assert {axis for axis, _ in constant} == {0, 1}
+    values = np.array([value for _, value in constant])
+    np.testing.assert_allclose(values, np.round(values), atol=1e-6)
+    assert bow > 50  # px, summed over a line: they are not straight in the picture
 
 
 @pytest.mark.parametrize(

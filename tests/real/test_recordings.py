@@ -1,4 +1,4 @@
-"""Real cars under real cameras, against surveyed ground points. Skipped, saying so, where the recordings are absent."""
+"""The linear method on real cars under real cameras, against surveyed ground points; skipped where there are none."""
 
 from __future__ import annotations
 
@@ -8,24 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from airground.calibration import Motion, calibrate, measure_speeds
+from airground.calibration import calibrate, measure_speeds
 from airground.errors import UnobservableMotionError
 from airground.geometry import align_rotation, n_error, velocity_map_error
 from airground.records import read_motion, read_tracks
+from vehicles import read_speed
 
 GOOD = ["cpm_lab/vehicle_3_a", "cpm_lab/single_vehicle_manual_driving", "efs_traffic/all_drives"]
 STRAIGHT = ["efs_traffic/klinikum_01_marktkauf_straight", "efs_traffic/stadtmitte_12_audi_straight"]
-
-
-def read_speed(motion: Motion, target: str, t: np.ndarray) -> np.ndarray:
-    """Speed that the vehicle's own sensors read, between readings by a line; NaN outside."""
-    rows = motion.rows(target)
-    if motion.xy_dot is not None:
-        speed = np.linalg.norm(motion.xy_dot[rows], axis=1)
-    else:
-        assert motion.speed is not None
-        speed = np.abs(motion.speed[rows])
-    return np.asarray(np.interp(t, motion.t[rows], speed, left=np.nan, right=np.nan))
 
 
 @pytest.mark.parametrize("name", GOOD)
@@ -33,7 +23,7 @@ def test_calibration_against_surveyed_points(recordings: Path, name: str) -> Non
     folder = recordings / name
     tracks, motion = read_tracks(folder / "tracks.csv"), read_motion(folder / "motion.csv")
     truth = np.array(json.loads((folder / "truth.json").read_text())["g"])
-    result = calibrate(tracks, motion)
+    result = calibrate(tracks, motion, method="linear")
     aligned, _ = align_rotation(truth, result.model)
     assert n_error(truth, aligned) < 0.06
     # n hardly sees the perspective, so the velocities are held to the truth as well, within what is stated.
@@ -47,7 +37,7 @@ def test_calibration_against_surveyed_points(recordings: Path, name: str) -> Non
 def test_speeds_against_the_vehicle_s_own(recordings: Path, name: str) -> None:
     folder = recordings / name
     tracks, motion = read_tracks(folder / "tracks.csv"), read_motion(folder / "motion.csv")
-    result = calibrate(tracks, motion)
+    result = calibrate(tracks, motion, method="linear")
     speeds = measure_speeds(result, tracks)
     error, size = [], []
     for k, target in enumerate(speeds.targets):
@@ -66,7 +56,7 @@ def test_motion_that_does_not_determine_g_is_refused(recordings: Path, name: str
     folder = recordings / name
     tracks, motion = read_tracks(folder / "tracks.csv"), read_motion(folder / "motion.csv")
     with pytest.raises(UnobservableMotionError, match="drive also at about") as caught:
-        calibrate(tracks, motion)
+        calibrate(tracks, motion, method="linear")
     assert caught.value.rank < 5
     assert 1 <= len(caught.value.headings_deg) <= 2
 
@@ -85,7 +75,7 @@ def test_one_turn_of_a_car_is_never_confidently_wrong(recordings: Path, name: st
     tracks, motion = read_tracks(folder / "tracks.csv"), read_motion(folder / "motion.csv")
     truth = np.array(json.loads((folder / "truth.json").read_text())["g"])
     try:
-        result = calibrate(tracks, motion)
+        result = calibrate(tracks, motion, method="linear")
     except UnobservableMotionError:
         return
     aligned, _ = align_rotation(truth, result.model)

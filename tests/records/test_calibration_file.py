@@ -14,19 +14,47 @@ from hypothesis import strategies as st
 
 from airground.calibration import Calibration, Fit, Observability, Provenance, TargetFit
 from airground.errors import FileError
-from airground.geometry import LimitedHomography
+from airground.geometry import DivisionLens, LimitedHomography
 from airground.records.calibration_file import FORMAT, calibration_document
 from scenes import generators, random_scene
 
 
-def some(rng: np.random.Generator) -> Calibration:
+def maybe(rng: np.random.Generator, count: int | None = None, *, least: float = -np.inf) -> Any:
+    """A number, or so many of them, or None."""
+    if rng.random() < 0.3:
+        return None
+    values = np.maximum(rng.normal(size=count or 1) * 10 ** rng.uniform(-8, 3), least).tolist()
+    return values[0] if count is None else tuple(values)
+
+
+def some_target(rng: np.random.Generator) -> TargetFit:
+    return TargetFit(
+        int(rng.integers(100_000)),
+        heading_bias_rad=maybe(rng),
+        heading_bias_sigma_rad=maybe(rng, least=0.0),
+        speed_scale=maybe(rng),
+        speed_scale_sigma=maybe(rng, least=0.0),
+        lever_arm_m=maybe(rng, 2),
+        lever_arm_sigma_m=maybe(rng, 2, least=0.0),
+        heading_drift_rad_per_sqrt_s=maybe(rng, least=0.0),
+    )
+
+
+def some(rng: np.random.Generator, *, lens: bool | None = None, sure: bool = False) -> Calibration:
+    """A calibration with everything in it; with a lens or without, which may be sure of its k1."""
     here = random_scene(rng)
+    lens = bool(rng.integers(2)) if lens is None else lens
     root = rng.normal(size=(6, 6)) * 10 ** rng.uniform(-6, 0, (6, 1))
     covariance = root @ root.T
+    origin = here.pixels(rng)
+    # Small enough for the origin to be seen through it.
+    k1 = float(rng.uniform(-0.9, 0.2) / 5000**2)
+    own = 1e-2 * k1 * rng.normal(size=2)
+    k1_covariance = np.append(root[:, 0] * own[0], own @ own)  # k1 shares one of g's errors
     return Calibration(
         model=LimitedHomography(here.g),
         covariance=(covariance + covariance.T) / 2,
-        origin_px=here.pixels(rng),
+        origin_px=origin,
         fit=Fit(
             "linear",
             float(rng.exponential()),
@@ -34,6 +62,7 @@ def some(rng: np.random.Generator) -> Calibration:
             1.0,
             float(rng.random()),
             (0.1, 0.2, 3.0, 4.0),
+            nuisances=("time offset", "Länge"),
         ),
         observability=Observability(
             "weak", float(rng.random()), tuple(rng.random(6)), "drive ünter den Linden"
@@ -41,22 +70,35 @@ def some(rng: np.random.Generator) -> Calibration:
         time_offset_s=float(rng.normal()),
         time_offset_sigma_s=float(rng.random()),
         image_size_px=here.image_size,
-        targets={"robot, the 2nd": TargetFit(17), 'a"b': TargetFit(3)},
+        targets={"robot, the 2nd": some_target(rng), 'a"b': some_target(rng)},
         provenance=Provenance(
             "0.1.0",
             "airground calibrate",
             (("tracks.csv", "ab" * 32),),
             "2026-11-21T00:00:00+00:00",
         ),
+        lens=DivisionLens(k1, origin + rng.normal(0, 300, 2)) if lens else None,
+        k1_covariance=k1_covariance if lens and not sure else None,
     )
 
 
 @given(generators())
 def test_it_reads_back_bit_for_bit(tmp_path_factory: Any, rng: np.random.Generator) -> None:
     path = tmp_path_factory.mktemp("c") / "calibration.json"
-    before = some(rng)
+    before = some(rng, sure=bool(rng.integers(2)))
     before.save(path)
     after = Calibration.load(path)
+    if before.lens is None:
+        assert after.lens is None
+    else:
+        assert after.lens is not None
+        assert after.lens.k1 == before.lens.k1
+        assert (after.lens.center == before.lens.center).all()
+    if before.k1_covariance is None:
+        assert after.k1_covariance is None
+    else:
+        assert after.k1_covariance is not None
+        assert (after.k1_covariance == before.k1_covariance).all()
     assert (after.model.g == before.model.g).all()
     assert (after.covariance == before.covariance).all()
     assert (after.origin_px == before.origin_px).all()
@@ -77,7 +119,14 @@ def test_it_reads_back_bit_for_bit(tmp_path_factory: Any, rng: np.random.Generat
 
 @pytest.fixture
 def document(rng: np.random.Generator) -> dict[str, Any]:
-    return calibration_document(some(rng))
+    return calibration_document(some(rng, lens=False))
+
+
+@pytest.fixture
+def bent(rng: np.random.Generator) -> dict[str, Any]:
+    """A document with a lens, as plain JSON."""
+    made: dict[str, Any] = json.loads(json.dumps(calibration_document(some(rng, lens=True))))
+    return made
 
 
 def test_the_contract_s_keys_are_there(document: dict[str, Any]) -> None:
@@ -93,7 +142,95 @@ def test_the_contract_s_keys_are_there(document: dict[str, Any]) -> None:
     assert {"verdict", "relative_sigma", "singular_values", "advice"} <= set(
         document["observability"]
     )
+    assert document["fit"]["nuisances"] == ["time offset", "Länge"]
     assert {"version", "command", "inputs", "created"} == set(document["provenance"])
+
+
+def test_the_contract_s_keys_of_a_lens_are_there(bent: dict[str, Any]) -> None:
+    distortion = bent["distortion"]
+    assert list(distortion) == ["model", "k1", "center_px", "k1_covariance"]
+    assert distortion["model"] == "division"
+    assert len(distortion["center_px"]) == 2
+    assert len(distortion["k1_covariance"]) == 7
+    # Matrix and origin go together: both are about the undistorted image.
+    G = np.array(bent["image_from_ground"])
+    np.testing.assert_allclose(G[:2, 2] / G[2, 2], bent["origin_px"])
+
+
+def test_a_lens_whose_k1_is_exact_has_no_covariance(
+    rng: np.random.Generator, tmp_path: Path
+) -> None:
+    document = calibration_document(some(rng, lens=True, sure=True))
+    assert list(document["distortion"]) == ["model", "k1", "center_px"]
+    assert Calibration.load(write(tmp_path / "c.json", document)).k1_covariance is None
+    document["distortion"]["k1_covariance"] = None
+    assert Calibration.load(write(tmp_path / "d.json", document)).k1_covariance is None
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"model": "pinhole"}, 'key distortion.model: expected "none" or "division"'),
+        ({"model": "two\nlines"}, 'found "two\\nlines"'),
+        ({"model": None}, "key distortion.model: expected a text, found null"),
+        ({"k1": None}, "key distortion.k1: expected a number, found null"),
+        ({"k1": "small"}, "key distortion.k1: expected a number"),
+        ({"k1": 1e300}, "key distortion: k1: found 1e+300"),
+        ({"k1": -1e14}, "origin_px lies where the lens shows nothing"),
+        ({"center_px": [1.0]}, "key distortion.center_px: expected 2 numbers"),
+        ({"center_px": [1.0, True]}, "key distortion.center_px: expected 2 numbers"),
+        ({"center_px": [1e300, 1.0]}, "key distortion: center: found 1e+300"),
+        ({"k1_covariance": [0.0] * 6}, "key distortion.k1_covariance: expected 7 numbers"),
+        ({"k1_covariance": [0.0] * 6 + [-1e-20]}, "k1_covariance does not go with covariance"),
+        ({"k1_covariance": [1.0] * 6 + [1e-20]}, "k1_covariance does not go with covariance"),
+        ({"k1_covariance": [0.0] * 6 + [1e300]}, "k1_covariance: found 1e+300"),
+    ],
+)
+def test_what_is_wrong_with_a_lens_is_named(
+    bent: dict[str, Any], tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
+    bent["distortion"].update(change)
+    path = write(tmp_path / "c.json", bent)
+    with pytest.raises(FileError) as caught:
+        Calibration.load(path)
+    assert message in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["k1", "center_px"])
+def test_a_missing_key_of_a_lens_is_named(bent: dict[str, Any], tmp_path: Path, key: str) -> None:
+    del bent["distortion"][key]
+    with pytest.raises(FileError, match=rf"key distortion\.{key} is missing"):
+        Calibration.load(write(tmp_path / "c.json", bent))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"heading_bias_sigma_rad": -0.1}, "heading_bias_sigma_rad: expected a number from 0 on"),
+        ({"speed_scale": "one"}, "speed_scale: expected a number"),
+        ({"speed_scale_sigma": -1}, "speed_scale_sigma: expected a number from 0 on, found -1"),
+        ({"lever_arm_m": 0.3}, "lever_arm_m: expected 2 numbers"),
+        ({"lever_arm_m": [0.3, None]}, "lever_arm_m: expected 2 numbers"),
+        ({"lever_arm_sigma_m": [0.1, -0.1]}, "lever_arm_sigma_m: expected 2 numbers from 0 on"),
+        ({"heading_drift_rad_per_sqrt_s": -1e-9}, "heading_drift_rad_per_sqrt_s: expected"),
+    ],
+)
+def test_what_is_wrong_with_a_target_is_named(
+    document: dict[str, Any], tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
+    document["targets"] = {"robot": change}
+    with pytest.raises(FileError) as caught:
+        Calibration.load(write(tmp_path / "c.json", document))
+    assert f"key targets.robot.{message}" in str(caught.value)
+
+
+@pytest.mark.parametrize("names", ["k1", ["k1", 3], {"k1": 1}])
+def test_nuisances_are_texts(document: dict[str, Any], tmp_path: Path, names: object) -> None:
+    document["fit"]["nuisances"] = names
+    with pytest.raises(FileError, match=r"key fit\.nuisances: expected a list of texts"):
+        Calibration.load(write(tmp_path / "c.json", document))
 
 
 def write(path: Path, document: object) -> Path:
@@ -106,12 +243,13 @@ def test_unknown_keys_and_missing_additions_are_fine(
 ) -> None:
     document["new_in_1_1"] = {"x": 1}
     document["format"] = "airground.calibration/1.3"
-    for key in ("window_s", "region_px"):
+    for key in ("window_s", "region_px", "nuisances"):
         del document["fit"][key]
     del document["provenance"]
     document["targets"] = {"robot": {}}
     loaded = Calibration.load(write(tmp_path / "c.json", document))
     assert loaded.fit.region_px is None
+    assert loaded.fit.nuisances == ()
     assert loaded.targets == {"robot": TargetFit(None)}
 
 
@@ -125,7 +263,7 @@ def test_unknown_keys_and_missing_additions_are_fine(
         ({"g": [[1, 2], [3, "x"], [5, 6]]}, "g must be an array of numbers"),
         ({"g": [[1, 1], [1, 1], [1, 1]]}, "parallel"),
         ({"covariance": [[1.0]]}, "covariance must have shape"),
-        ({"distortion": {"model": "fisheye"}}, '"none" only'),
+        ({"distortion": {"model": "fisheye"}}, 'expected "none" or "division"'),
         ({"time_offset_s": "soon"}, "expected a number"),
         ({"time_offset_s": True}, "key time_offset_s: expected a number, found true"),
         ({"time_offset_s": 10**400}, "expected a number"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from airground.calibration import Calibration, Motion, Tracks
+from airground.calibration import Calibration, Motion, TargetFit, Tracks
 from airground.errors import FileError
+from airground.geometry import DivisionLens
 from airground.records import read_motion, read_tracks, write_motion, write_tracks
 from commands import DRIVE, SCENE
 from drives import read, see
@@ -87,7 +89,15 @@ def calibration(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     t = np.arange(0, 40, 0.1)
     path = tmp_path_factory.mktemp("mutations") / "calibration.json"
-    calibrate(see(SCENE, DRIVE, t), read(DRIVE, t), image_size_px=SCENE.image_size).save(path)
+    plain = calibrate(see(SCENE, DRIVE, t), read(DRIVE, t), image_size_px=SCENE.image_size)
+    lens = DivisionLens(-1.3e-8, np.array([639.5, 359.5]))
+    target = TargetFit(400, 0.1, 0.01, 1.02, 0.01, (0.3, -0.1), (0.02, 0.03), 1e-3)
+    dataclasses.replace(
+        plain,
+        lens=lens,
+        k1_covariance=np.append(np.zeros(6), 1.7e-19),
+        targets={"robot": target},
+    ).save(path)
     return path
 
 
@@ -143,6 +153,8 @@ def test_mutated_calibrations(calibration: Path, mutate: Callable[[bytes], bytes
         refused(error, path)
         return
     assert np.isfinite(loaded.model.g).all()
+    assert np.isfinite(loaded.distort(loaded.origin_px)).all()
+    assert loaded.k1_sigma is None or 0 <= loaded.k1_sigma < np.inf
     assert np.isfinite([loaded.time_offset_s, loaded.time_offset_sigma_s]).all()
     assert (np.linalg.eigvalsh(loaded.covariance) >= -1e-9 * np.abs(loaded.covariance).max()).all()
     path.with_name("again.json").unlink(missing_ok=True)

@@ -38,7 +38,7 @@ def test_no_item_means_all_that_exist(result: dict[str, Any]) -> None:
 
 def test_fig4(result: dict[str, Any]) -> None:
     fig4 = result["fig4"]
-    assert set(fig4) == {"paper", "linear", "bound", "trials"}
+    assert set(fig4) == {"paper", "linear", "trajectory", "bound", "trials"}
     assert fig4["paper"] == {"n_mean": 0.2519, "n_median": 0.2292}
     assert set(fig4["linear"]) == {"n_mean", "n_median"}
     assert set(fig4["bound"]) == {"n_rms"}
@@ -51,14 +51,17 @@ def test_fig4(result: dict[str, Any]) -> None:
     assert fig4["linear"]["n_median"] == pytest.approx(np.median(n))
     assert 0.2 < fig4["linear"]["n_mean"] < 0.35
     assert fig4["bound"]["n_rms"] < fig4["linear"]["n_median"]
+    # The mean of n is below its root mean square, which no unbiased estimate brings below the bound.
+    assert 0.8 * fig4["bound"]["n_rms"] < fig4["trajectory"]["n_mean"] < 0.065
 
 
 def test_fig5(result: dict[str, Any]) -> None:
     fig5 = result["fig5"]
-    assert set(fig5) == {"paper", "linear", "ideal_g", "trials"}
+    assert set(fig5) == {"paper", "linear", "trajectory", "ideal_g", "trials"}
     assert fig5["paper"] == {"delta_mean_pxps": 2.7016, "delta_median_pxps": 2.6592}
-    for name in ("linear", "ideal_g"):
+    for name in ("linear", "trajectory", "ideal_g"):
         assert set(fig5[name]) == {"delta_mean_pxps", "delta_median_pxps"}
+    assert fig5["trajectory"]["delta_mean_pxps"] < 1.6
     # The paper's figures are those of noisy measurements through the true g.
     assert fig5["ideal_g"]["delta_mean_pxps"] == pytest.approx(2.7016, abs=0.12)
     assert fig5["ideal_g"]["delta_median_pxps"] == pytest.approx(2.6592, abs=0.15)
@@ -110,7 +113,7 @@ def test_the_typical_trial_is_one_of_them() -> None:
 def test_the_simulation_is_run_once_for_all_items() -> None:
     told: list[int] = []
     reproduce(["fig4", "fig5", "table1"], trials=3, progress=lambda done, _: told.append(done))
-    assert told == [1, 2, 3]
+    assert told == [1, 2, 3, 1, 2, 3]  # the simulation, then the whole-drive estimates of it
 
 
 def test_items_come_in_the_order_asked_for_and_once() -> None:

@@ -81,6 +81,9 @@ class _Pair:
     t: FloatArray
     """(N,) [s]. Times of its sightings."""
 
+    raw_uv: FloatArray
+    """(N, 2) [px]. The sightings themselves."""
+
     windows: Windows
     """W windows over them."""
 
@@ -149,8 +152,8 @@ class Pairing:
         sightings = dict.fromkeys(self.targets, 0)
         base = 0
         for pair in self.pairs:
-            xy, stretch = pair.path.at(pair.t + offset)
             w = pair.windows
+            xy, stretch = _path_at(pair, offset)
             first, last = stretch[w.first], stretch[w.first + w.count - 1]
             keep = (first >= 0) & (
                 first == last
@@ -177,7 +180,18 @@ class Pairing:
         )
 
 
-def pair_recordings(tracks: Tracks, motion: Motion) -> Pairing:
+def _path_at(pair: _Pair, offset: float) -> tuple[FloatArray, IntArray]:
+    """The path at the sightings; where windows are few, only at theirs."""
+    w, count = pair.windows, len(pair.t)
+    if 2 * len(w.first) * w.count > count:
+        return pair.path.at(pair.t + offset)
+    rows = np.unique(w.first[:, None] + np.arange(w.count))
+    xy, stretch = np.zeros((count, 2)), np.full(count, -1, dtype=np.intp)
+    xy[rows], stretch[rows] = pair.path.at(pair.t[rows] + offset)
+    return xy, stretch
+
+
+def pair_recordings(tracks: Tracks, motion: Motion, *, most: int | None = None) -> Pairing:
     """Match the targets of tracks and motion, and lay windows over their sightings.
 
     Parameters
@@ -186,6 +200,8 @@ def pair_recordings(tracks: Tracks, motion: Motion) -> Pairing:
         Sightings.
     motion : Motion
         Readings.
+    most : int, optional
+        Windows of a target to keep, evenly spread, where not all are wanted.
 
     Returns
     -------
@@ -212,9 +228,12 @@ def pair_recordings(tracks: Tracks, motion: Motion) -> Pairing:
             continue
         sigma = None if tracks.sigma is None else float(np.median(tracks.sigma[rows]))
         count = choose_count(t, uv, sigma=sigma, path=path)
-        laid = windows(t, unbroken(t, count, step=max(1, count // 4)), count)
+        first = unbroken(t, count, step=max(1, count // 4))
+        if most is not None:
+            first = first[:: max(1, -(-len(first) // most))]
+        laid = windows(t, first, count)
         position, velocity = laid.fit(t, uv)
-        pairs.append(_Pair(index, t, laid, position, velocity, path))
+        pairs.append(_Pair(index, t, uv, laid, position, velocity, path))
     if not pairs:
         raise InputError("no target has two sightings and two readings")
     return Pairing(tuple(common), tuple(pairs), one_frame=motion.xy_dot is not None)

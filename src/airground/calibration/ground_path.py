@@ -58,18 +58,38 @@ class GroundPath:
         stretch : (N,) array of int
             Stretch of each; -1 outside the readings and in gaps.
         """
+        xy, _, stretch = self.state(t)
+        return xy, stretch
+
+    def state(self, t: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Positions and velocities at given times.
+
+        Parameters
+        ----------
+        t : (N,) array [s]
+            Times on the readings' clock.
+
+        Returns
+        -------
+        xy : (N, 2) array [m]
+            Positions, as `at` gives them.
+        xy_dot : (N, 2) array [m/s]
+            Their derivative.
+        stretch : (N,) array of int
+            Stretch of each; -1 outside the readings and in gaps.
+        """
         k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2)
         dt = self.t[k + 1] - self.t[k]
         s = ((t - self.t[k]) / dt)[:, None]
         h = dt[:, None]
-        xy = (
-            (1 + 2 * s) * (1 - s) ** 2 * self.xy[k]
-            + s * (1 - s) ** 2 * h * self.start[k]
-            + s**2 * (3 - 2 * s) * self.xy[k + 1]
-            + s**2 * (s - 1) * h * self.end[k]
-        )
+        first, last, start, end = self.xy[k], self.xy[k + 1], self.start[k], self.end[k]
+        # Cubic Hermite, as what it adds to the straight line between the two readings.
+        step = last - first
+        bend_0, bend_1 = h * start - step, step - h * end
+        xy = first + s * step + s * (1 - s) * ((1 - s) * bend_0 + s * bend_1)
+        xy_dot = (step + (1 - s) * (1 - 3 * s) * bend_0 + s * (2 - 3 * s) * bend_1) / h
         inside = (t >= self.t[0]) & (t <= self.t[-1])
-        return xy, np.where(inside, self.stretch[k], -1)
+        return xy, xy_dot, np.where(inside, self.stretch[k], -1)
 
 
 def ground_path(motion: Motion, target: str) -> GroundPath | None:

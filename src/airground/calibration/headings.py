@@ -58,13 +58,15 @@ def distinct_headings_deg(xy_dot: FloatArray) -> tuple[float, ...]:
     return tuple(sorted(headings))
 
 
-def advise(headings_deg: tuple[float, ...]) -> str:
-    """Say what to drive next, for the linear method.
+def advise(headings_deg: tuple[float, ...], *, enough: int = ENOUGH) -> str:
+    """Say what to drive next.
 
     Parameters
     ----------
     headings_deg : tuple of float [deg]
         Distinct headings so far, modulo 180.
+    enough : int
+        How many, well apart, the estimator needs.
 
     Returns
     -------
@@ -74,10 +76,10 @@ def advise(headings_deg: tuple[float, ...]) -> str:
     if not headings_deg:
         return "drive: the readings show no motion"
     apart = _well_apart(headings_deg)
-    if len(apart) < ENOUGH:
+    if len(apart) < enough:
         gaps = np.diff([*apart, apart[0] + 180.0])
         widest = int(np.argmax(gaps))
-        parts = 1 + ENOUGH - len(apart)
+        parts = 1 + enough - len(apart)
         new = sorted((apart[widest] + gaps[widest] * k / parts) % 180 for k in range(1, parts))
         wanted = " and ".join(f"{h:.0f}" for h in new)
         return f"drive also at about {wanted} degrees, in different parts of the image"

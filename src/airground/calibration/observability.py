@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from airground.calibration.samples import MotionSamples
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["Observability", "ground_velocity_covariance", "judge", "relative_sigma"]
+__all__ = ["Observability", "ground_velocity_covariance", "judge", "relative_sigma", "verdict"]
 
 OK_SIGMA = (
     0.10  # relative deviation of ground velocities up to which a calibration is good to drive on
@@ -98,6 +98,59 @@ def relative_sigma(g: FloatArray, covariance: FloatArray, uv: FloatArray) -> flo
     return float(np.sqrt(np.mean(np.trace(each, axis1=-2, axis2=-1))))
 
 
+def verdict(
+    sigma: float,
+    singular: FloatArray,
+    headings: tuple[float, ...],
+    advice: str,
+    *,
+    rank: int,
+    doubtful: bool = False,
+) -> Observability:
+    """Say whether an estimate is good to drive on, from its uncertainty.
+
+    Parameters
+    ----------
+    sigma : float
+        Relative standard deviation of a ground velocity.
+    singular : (6,) array
+        Singular values, descending.
+    headings : tuple of float [deg]
+        Distinct headings seen.
+    advice : str
+        What to drive next.
+    rank : int
+        How many constraints are needed.
+    doubtful : bool
+        Whether another solution fits alike.
+
+    Returns
+    -------
+    observability : Observability
+        Verdict ok or weak.
+
+    Raises
+    ------
+    UnobservableMotionError
+        If a velocity computed from the estimate would be a guess.
+    """
+    relative = tuple(map(float, singular / singular[0]))
+    if sigma <= OK_SIGMA and not doubtful:
+        return Observability("ok", sigma, relative, "nothing more is needed")
+    if sigma <= WEAK_SIGMA:
+        return Observability("weak", sigma, relative, advice)
+    seen = ", ".join(f"{h:.0f}" for h in headings) or "none"
+    found = min(rank - 1, int(np.sum(np.array(relative) > RANK_FLOOR)))
+    much = f"{min(sigma, 9.99):.0%}{' and more' if not sigma <= 9.99 else ''}"
+    raise UnobservableMotionError(
+        f"the motion does not determine g: ground velocities would be uncertain by {much} "
+        f"({found} of {rank} constraints stand out of the noise; headings seen, modulo 180 degrees: {seen})",
+        rank=found,
+        headings_deg=headings,
+        advice=advice,
+    )
+
+
 def judge(
     g: FloatArray,
     covariance: FloatArray,
@@ -135,20 +188,13 @@ def judge(
     some = samples.uv[:: 1 + len(samples) // 500]
     sigma = relative_sigma(g, covariance, some)
     explained = unexplained <= MAX_UNEXPLAINED
-    if explained and sigma <= OK_SIGMA:
-        return Observability("ok", sigma, tuple(map(float, relative)), "nothing more is needed")
     advice = advise(headings)
-    if explained and sigma <= WEAK_SIGMA:
-        return Observability("weak", sigma, tuple(map(float, relative)), advice)
-    if not explained:
-        advice += "; and look for wrong sightings, or for readings of another robot or clock"
+    if explained:
+        return verdict(sigma, singular, headings, advice, rank=RANK)
+    advice += "; and look for wrong sightings, or for readings of another robot or clock"
     rank = min(RANK - 1, int(np.sum(relative > RANK_FLOOR)))
     seen = ", ".join(f"{h:.0f}" for h in headings) or "none"
-    what = (
-        f"ground velocities would be uncertain by {min(sigma, 9.99):.0%}{' and more' if sigma > 9.99 else ''}"
-        if explained
-        else f"the readings explain only {max(0.0, 1 - unexplained**2):.0%} of the image motion"
-    )
+    what = f"the readings explain only {max(0.0, 1 - unexplained**2):.0%} of the image motion"
     raise UnobservableMotionError(
         f"the motion does not determine g: {what} ({rank} of {RANK} constraints stand out of the noise; "
         f"headings seen, modulo 180 degrees: {seen})",

@@ -36,7 +36,7 @@ class Speeds:
     """(N,) [s]. Time of the sighting."""
 
     uv: FloatArray
-    """(N, 2) [px]. The sighting."""
+    """(N, 2) [px]. The sighting, in raw pixels."""
 
     xy_dot: FloatArray
     """(N, 2) [m/s]. Ground velocity."""
@@ -48,7 +48,7 @@ class Speeds:
     """Sightings left out because no other one is near in time."""
 
     beyond: int
-    """Sightings left out because they lie on or beyond the horizon."""
+    """Sightings left out because they lie on or beyond the horizon, or where the lens is not modelled."""
 
     assumed_noise: tuple[str, ...]
     """Targets too short, or too still, to show their noise: taken as one pixel."""
@@ -89,14 +89,14 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
     """Measure the ground velocity of all targets, robots and third parties alike.
 
     Image velocities come from parabolas over a window of sightings around each, chosen per target from its
-    rate and noise.
+    rate and noise. They are fitted to raw pixels, where the noise is even, and then undistorted.
 
     Parameters
     ----------
     calibration : Calibration
         Relation between image and ground.
     tracks : Tracks
-        Sightings.
+        Sightings, in raw pixels.
 
     Returns
     -------
@@ -139,7 +139,10 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
     ) & calibration.is_ground(tracks.uv)
     keep = ground & ~lonely
     xy_dot, covariance = calibration.ground_velocity(uv[keep], uv_dot[keep])
-    per_pixel = calibration.model.ground_velocity(uv[keep][:, None], np.eye(2))  # rows: of u, of v
+    per_pixel = calibration.model.ground_velocity(  # rows: of u, of v
+        calibration.undistort(uv[keep])[:, None],
+        calibration.undistort_velocity(uv[keep][:, None], np.eye(2)),
+    )
     covariance = covariance + noise[keep, None, None] ** 2 * (
         np.swapaxes(per_pixel, -1, -2) @ per_pixel
     )

@@ -23,6 +23,7 @@ BEND_SHARE = 0.975  # a target may turn for a small part of its time only
 BEND_SIGMAS = 3.5  # 97.5 per cent of noise in two coordinates stay within 2.7 deviations
 MAX_GAP = 0.25  # s; sightings further apart than this, and than GAP_FACTOR intervals, do not share a window
 GAP_FACTOR = 4.0
+ENOUGH = 4000  # windows to judge a length by
 
 
 def unbroken(t: FloatArray, count: int, *, step: int = 1) -> IntArray:
@@ -103,6 +104,7 @@ def choose_count(
         first = unbroken(t, count, step=max(1, count // 2))
         if len(first) == 0:
             break
+        first = first[:: -(-len(first) // ENOUGH)]
         w = windows(t, first, count)
         moved = np.linalg.norm(uv[first + count - 1] - uv[first], axis=1)
         moving = moved > 0.1 * float(np.quantile(moved, 0.9))

@@ -27,7 +27,7 @@ from airground.records.cells import shown
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from airground.calibration import Calibration
+    from airground.calibration import Calibration, TargetFit
 
 __all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "run"]
 
@@ -57,9 +57,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--method",
-        choices=["linear"],
-        default="linear",
-        help="estimator (default: %(default)s, the paper's; the whole-drive one is to come)",
+        choices=["trajectory", "linear"],
+        default="trajectory",
+        help="estimator: the whole drive as one problem, or the paper's eqs. 16 and 17 (default: %(default)s)",
     )
     parser.add_argument(
         "--time-offset-s",
@@ -72,10 +72,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--distortion",
         choices=["auto", "none", "division"],
         default="auto",
-        help="lens model (default: %(default)s, which the linear method takes as none)",
+        help="lens: estimated where the data show one, never, or always (default: %(default)s); "
+        "the linear method knows none",
     )
     parser.add_argument(
-        "--image-size", type=image_size, metavar="WxH", help="kept with the calibration"
+        "--image-size",
+        type=image_size,
+        metavar="WxH",
+        help="kept with the calibration; its middle is taken as the lens's",
     )
     parser.add_argument(
         "--speed-scale-sigma",
@@ -95,9 +99,9 @@ def run(args: Namespace) -> None:
         As parsed.
     """
     started = time.perf_counter()
-    if args.distortion == "division":
+    if args.distortion == "division" and args.method == "linear":
         raise InputError(
-            "--distortion division: the linear method does not estimate a lens; use none"
+            "--distortion division: the linear method does not estimate a lens; use --method trajectory"
         )
     refuse_overwriting("--out", args.out, (args.tracks, args.motion))
     inputs = tuple((str(path), sha256(path)) for path in (args.tracks, args.motion))
@@ -109,6 +113,7 @@ def run(args: Namespace) -> None:
         motion,
         method=args.method,
         time_offset_s=args.time_offset_s,
+        distortion=args.distortion,
         image_size_px=args.image_size,
         speed_scale_sigma=args.speed_scale_sigma,
         note=notes,
@@ -127,13 +132,46 @@ def run(args: Namespace) -> None:
 def _summary(calibration: Calibration, out: Path) -> list[str]:
     c = calibration
     names = printable(", ".join(c.targets))
-    return [
+    lines = [
         f"{out}: {c.observability.verdict}; ground velocities good to {c.observability.relative_sigma:.1%} "
         "(one standard deviation)",
-        f"  {c.fit.sightings} sightings of {names}; residual {c.fit.rms_px:.2f} px over {c.fit.window_s or 0:.2f} s",
+        f"  {c.fit.sightings} sightings of {names}, {c.fit.inlier_fraction:.1%} follow; residual {c.fit.rms_px:.2f} px"
+        + ("" if c.fit.window_s is None else f" over {c.fit.window_s:.2f} s"),
         f"  clock offset {c.time_offset_s:+.3f} s (deviation {c.time_offset_sigma_s:.3f} s)",
-        *([f"  next: {c.observability.advice}"] if c.observability.verdict == "weak" else []),
     ]
+    if c.lens is not None:
+        sigma = "" if c.k1_sigma is None else f" (deviation {c.k1_sigma:.1e})"
+        lines.append(f"  lens k1 {c.lens.k1:+.3e} per px2{sigma}")
+    lines += [line for name, t in c.targets.items() for line in _target_lines(printable(name), t)]
+    if c.observability.verdict == "weak":
+        lines.append(f"  next: {c.observability.advice}")
+    return lines
+
+
+def _target_lines(name: str, target: TargetFit) -> list[str]:
+    said = []
+    if target.heading_bias_rad is not None:
+        said.append(
+            f"heading reads {math.degrees(target.heading_bias_rad):+.2f} deg too much"
+            + _deviation(target.heading_bias_sigma_rad, 180 / math.pi, "deg")
+        )
+    if target.speed_scale is not None:
+        said.append(
+            f"speed reads {target.speed_scale:.4f} of the first's"
+            + _deviation(target.speed_scale_sigma, 1, "")
+        )
+    if target.lever_arm_m is not None:
+        forward, left = target.lever_arm_m
+        said.append(f"seen {forward:+.3f} m ahead, {left:+.3f} m left of what is read")
+    if target.heading_drift_rad_per_sqrt_s is not None:
+        said.append(
+            f"heading wanders by {math.degrees(target.heading_drift_rad_per_sqrt_s):.2f} deg/sqrt(s)"
+        )
+    return [f"  {name}: " + "; ".join(said)] if said else []
+
+
+def _deviation(sigma: float | None, factor: float, unit: str) -> str:
+    return "" if not sigma else f" (deviation {sigma * factor:.2g}{' ' + unit if unit else ''})"
 
 
 def _offset(text: str) -> float | None:

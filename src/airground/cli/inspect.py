@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from airground.calibration import Calibration
-from airground.calibration.inspection import Inspection, inspect_calibration
+from airground.calibration.inspection import Inspection, LensBend, inspect_calibration
 from airground.cli.output import image_size, print_json, refuse_overwriting, two_numbers
 from airground.errors import InputError
 from airground.records import replacing
@@ -45,7 +45,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--principal-point",
         type=two_numbers,
         metavar="U,V",
-        help="in pixels (default: the image's middle)",
+        help="in pixels (default: the lens's centre, or else the image's middle)",
     )
     parser.add_argument(
         "--focal-length-px",
@@ -130,6 +130,7 @@ def inspection_document(calibration: Calibration, inspection: Inspection) -> dic
         "verdict": calibration.observability.verdict,
         "relative_sigma": calibration.observability.relative_sigma,
         "frame_px": list(inspection.frame_px),
+        "lens": _lens_document(inspection.lens),
         "horizon": inspection.horizon.tolist(),
         "horizon_in_frame": inspection.horizon_in_frame,
         "ground_frame": _handedness(calibration),
@@ -147,12 +148,14 @@ def inspection_document(calibration: Calibration, inspection: Inspection) -> dic
 def _summary(calibration: Calibration, inspection: Inspection) -> list[str]:
     scale, sigma = inspection.pixels_per_metre, inspection.relative_sigma
     a, b, c = inspection.horizon
+    undistorted = "" if inspection.lens is None else " in the undistorted image"
     lines = [
         f"verdict {calibration.observability.verdict}; ground velocities good to "
         f"{calibration.observability.relative_sigma:.1%} where the robot drove",
         f"scale {scale[:, 0].min():.4g} to {scale[:, 1].max():.4g} px/m over the ground in the frame, "
         f"known to {sigma.min():.1%} at best and {sigma.max():.1%} at worst",
-        f"horizon {a:+.5f} u {b:+.5f} v {c:+.2f} = 0, "
+        *_lens_lines(inspection.lens),
+        f"horizon {a:+.5f} u {b:+.5f} v {c:+.2f} = 0{undistorted}, "
         + ("crosses the frame" if inspection.horizon_in_frame else "outside the frame"),
         f"ground frame {_handedness(calibration)}-handed",
     ]
@@ -162,12 +165,43 @@ def _summary(calibration: Calibration, inspection: Inspection) -> list[str]:
     k = estimate.camera
     return [
         *lines,
-        "for square pixels:",
+        f"for square pixels{',' if undistorted else ''}{undistorted}:",
         f"  focal length {k.focal_length_px:.1f} px (deviation {estimate.focal_length_sigma_px:.1f})",
         f"  tilt {k.tilt_deg:.2f} degrees from straight down ({math.degrees(estimate.tilt_sigma_rad):.2f})",
         f"  roll {k.roll_deg:.2f} degrees ({math.degrees(estimate.roll_sigma_rad):.2f})",
         f"  height {k.height_m:.3f} m ({estimate.height_sigma_m:.3f})",
     ]
+
+
+def _lens_document(lens: LensBend | None) -> dict[str, Any] | None:
+    if lens is None:
+        return None
+    return {
+        "model": "division",
+        "k1": lens.k1,
+        "k1_sigma": lens.k1_sigma,
+        "center_px": lens.center_px.tolist(),
+        "bend_frame_px": _finite(lens.frame_px),
+        "bend_frame_sigma_px": _finite(lens.frame_sigma_px),
+        "bend_region_px": None if lens.region_px is None else _finite(lens.region_px),
+    }
+
+
+def _lens_lines(lens: LensBend | None) -> list[str]:
+    if lens is None:
+        return []
+    kind = "barrel" if lens.k1 < 0 else "pincushion" if lens.k1 > 0 else "no distortion"
+    sigma = "taken as exact" if lens.k1_sigma is None else f"deviation {lens.k1_sigma:.2g}"
+    what = f"lens k1 {lens.k1:.4g} per px^2 ({sigma}), {kind} round {lens.center_px[0]:.1f}, {lens.center_px[1]:.1f}"
+    if math.isfinite(lens.frame_px):
+        error = "" if lens.k1_sigma is None else f" ({lens.frame_sigma_px:.1f})"
+        corner = f"by {abs(lens.frame_px):.1f} px{error} in the frame's farthest corner"
+    else:
+        corner = "the frame's farthest corner beyond what the lens's model reaches"
+    region = ""
+    if lens.region_px is not None and math.isfinite(lens.region_px):
+        region = f", by {abs(lens.region_px):.1f} px at most where targets were seen"
+    return [what, f"  it moves points {corner}{region}"]
 
 
 def _handedness(calibration: Calibration) -> str:

@@ -25,6 +25,7 @@ __all__ = [
     "ground_velocity",
     "horizon_line",
     "image_velocity",
+    "image_velocity_by_point",
     "image_velocity_gradient",
     "nearness",
     "velocity_jacobian",
@@ -172,3 +173,27 @@ def image_velocity_gradient(g: FloatArray, uv: ArrayLike, xy_dot: ArrayLike) -> 
     second = np.einsum("...,...ki,...j->...kij", nearness(g, uv), P, xy_dot)
     total = first + second
     return np.asarray(total.reshape(*total.shape[:-2], 6))
+
+
+def image_velocity_by_point(g: FloatArray, uv: ArrayLike, xy_dot: ArrayLike) -> FloatArray:
+    """Derivative of eq. 15 by the image point, at a fixed ground velocity.
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography, scaled as in eq. 21.
+    uv : (..., 2) array_like [px]
+        Image points.
+    xy_dot : (..., 2) array_like [m/s]
+        Ground velocities.
+
+    Returns
+    -------
+    D : (..., 2, 2) array [1/s]
+        ``D[..., k, i]`` is the derivative of component k by coordinate i of the point.
+    """
+    uv, xy_dot = points(uv, "uv"), points(xy_dot, "xy_dot")
+    heading = np.einsum("...ij,...j->...i", g, xy_dot)
+    image = heading[..., :2] - uv * heading[..., 2:]
+    turn = (nearness(g, uv) * heading[..., 2])[..., None, None] * np.eye(2)
+    return np.asarray(image[..., :, None] * horizon_line(g)[..., None, :2] - turn)

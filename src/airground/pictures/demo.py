@@ -42,7 +42,8 @@ def draw_ground(
     truth : (N, 2) array [m]
         True positions at its sightings.
     """
-    xy = calibration.model.ground_position(tracks.uv[tracks.rows(target)], calibration.origin_px)
+    seen = calibration.undistort(tracks.uv[tracks.rows(target)])
+    xy = calibration.model.ground_position(seen, calibration.origin_px)
     xy = xy - np.nanmean(xy - truth, axis=0)  # the origin is free
     figure = new_figure(9.0, 5.4)
     ax = figure.add_subplot()

@@ -57,8 +57,7 @@ def draw_inspection(
     _draw_scale(ax, calibration, frame)
     spacing = draw_grid(ax, calibration, frame)
     if wide is not None:
-        a, b, c = inspection.horizon
-        ax.axline(*_two_points(a, b, c), color=HORIZON, linewidth=2.5, label="horizon")
+        ax.plot(*inspection.horizon_uv.T, color=HORIZON, linewidth=2.5, label="horizon")
         ax.add_patch(Rectangle((u0, v0), u1 - u0, v1 - v0, fill=False, edgecolor=SOFT))
     if tracks is not None:
         draw_tracks(ax, tracks)
@@ -76,7 +75,7 @@ def draw_inspection(
             )
         )
     ax.plot(
-        *calibration.origin_px,
+        *calibration.distort(calibration.origin_px),
         "+",
         color="white",
         markersize=12,
@@ -98,23 +97,20 @@ def draw_inspection(
 def _with_horizon(inspection: Inspection) -> tuple[float, float, float, float] | None:
     """The frame, grown to show the horizon; None where that would leave more sky than ground."""
     u0, v0, u1, v1 = inspection.frame_px
-    a, b, c = inspection.horizon
-    if a == b == 0.0:
+    low, high, middle = np.array([u0, v0]), np.array([u1, v1]), np.array([u0 + u1, v0 + v1]) / 2
+    reach, margin = REACH * (v1 - v0), 0.06 * (v1 - v0)
+    a, b, _ = inspection.horizon
+    # As far as it goes within the frame's columns (or rows, if it runs along them), but not without end.
+    across = 0 if abs(b) > abs(a) else 1
+    curve = inspection.horizon_uv
+    near = np.linalg.norm(curve - middle, axis=1) <= reach
+    curve = curve[(curve[:, across] >= low[across]) & (curve[:, across] <= high[across])]
+    if len(curve) == 0 or not near.any():
         return None
-    middle = np.array([(u0 + u1) / 2, (v0 + v1) / 2])
-    distance = float(a * middle[0] + b * middle[1] + c)
-    reach = REACH * (v1 - v0)
-    if abs(distance) > reach:
-        return None
-    margin = 0.06 * (v1 - v0)
-    # Both ends of it, where it leaves the frame's columns (or rows, if it runs along them), but not without end.
-    if abs(b) > abs(a):
-        ends = np.array([[u, -(a * u + c) / b] for u in (u0, u1)])
-    else:
-        ends = np.array([[-(b * v + c) / a, v] for v in (v0, v1)])
-    ends = np.clip(ends, middle - reach, middle + reach)
-    low = np.minimum([u0, v0], ends.min(axis=0) - margin * (ends.min(axis=0) < [u0, v0]))
-    high = np.maximum([u1, v1], ends.max(axis=0) + margin * (ends.max(axis=0) > [u1, v1]))
+    curve = np.clip(curve, middle - reach, middle + reach)
+    least, most = curve.min(axis=0), curve.max(axis=0)
+    low = np.minimum(low, least - margin * (least < low))
+    high = np.maximum(high, most + margin * (most > high))
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
@@ -126,8 +122,11 @@ def _draw_scale(
 
     u0, v0, u1, v1 = frame
     grid = np.stack(np.meshgrid(np.linspace(u0, u1, 240), np.linspace(v0, v1, 180)), axis=-1)
-    scale = np.sqrt(np.prod(calibration.model.pixels_per_metre(grid), axis=-1))
-    scale = np.ma.masked_where(~calibration.is_ground(grid), scale)
+    ground = calibration.is_ground(grid)
+    scale = np.zeros(ground.shape)
+    # Geometric mean of the smallest and the largest.
+    scale[ground] = np.sqrt(np.abs(np.linalg.det(calibration.jacobian(grid[ground]))))
+    scale = np.ma.masked_where(~ground, scale)
     largest = float(scale.max())
     smallest = max(float(scale.min()), largest / 300)  # towards the horizon it falls to nothing
     slate = LinearSegmentedColormap.from_list("slate", [FLOOR, "#76899b"])
@@ -255,7 +254,8 @@ def draw_grid(
 
     u0, v0, u1, v1 = frame
     u, v = np.meshgrid(np.linspace(u0, u1, 60), np.linspace(v0, v1, 60))
-    uv = np.stack([u.ravel(), v.ravel()], axis=-1)
+    uv = calibration.undistort(np.stack([u.ravel(), v.ravel()], axis=-1))
+    uv = uv[np.isfinite(uv).all(axis=1)]
     nearness = calibration.model.nearness(uv)
     # Leave out the strip below the horizon where the ground runs to infinity.
     relative = nearness / calibration.model.nearness(calibration.origin_px)
@@ -272,14 +272,8 @@ def draw_grid(
             line = np.empty((SAMPLES, 2))
             line[:, axis] = k * spacing
             line[:, 1 - axis] = np.linspace(low[1 - axis], high[1 - axis], SAMPLES)
-            uv = calibration.model.image_position(line, calibration.origin_px)
+            uv = calibration.distort(calibration.model.image_position(line, calibration.origin_px))
             width, alpha = (1.4, 0.9) if k == 0 else (0.6, 0.55)
             (drawn,) = ax.plot(uv[:, 0], uv[:, 1], color=color, linewidth=width, alpha=alpha)
             drawn.set_clip_path(inside)
     return spacing
-
-
-def _two_points(a: float, b: float, c: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Two points of the line a u + b v + c = 0."""
-    foot = (-c * a, -c * b)
-    return foot, (foot[0] - 100 * b, foot[1] + 100 * a)

@@ -7,26 +7,32 @@ in JSON, nor in a calibration.
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from airground._version import __version__
 from airground.calibration.calibration import Calibration, Fit, Provenance, TargetFit
 from airground.calibration.observability import Observability
 from airground.errors import FileError, InputError
+from airground.geometry.lens import DivisionLens
 from airground.geometry.limited import LimitedHomography
 from airground.records.access import file_error
 from airground.records.atomic import write_text
+from airground.records.json_reader import JsonReader
 
 if TYPE_CHECKING:
     import os
 
+    from airground.geometry.arrays import FloatArray
+
 __all__ = ["FORMAT", "calibration_document", "load_calibration", "save_calibration"]
 
 FORMAT = "airground.calibration/1"
+LENSES = ("none", "division")  # models of distortion that can be read
 MAX_BYTES = 10_000_000  # a calibration has a few kB; anything much larger is something else
 
 
@@ -54,10 +60,11 @@ def calibration_document(calibration: Calibration) -> dict[str, Any]:
         "image_from_ground": c.model.image_from_ground(c.origin_px).tolist(),
         "time_offset_s": c.time_offset_s,
         "time_offset_sigma_s": c.time_offset_sigma_s,
-        "distortion": {"model": "none"},
-        "targets": {name: asdict(target) for name, target in c.targets.items()},
+        "distortion": _distortion(c),
+        "targets": {name: _target_document(target) for name, target in c.targets.items()},
         "fit": {
             **asdict(c.fit),
+            "nuisances": list(c.fit.nuisances),
             "region_px": None if c.fit.region_px is None else list(c.fit.region_px),
         },
         "observability": {
@@ -71,6 +78,19 @@ def calibration_document(calibration: Calibration) -> dict[str, Any]:
             "created": provenance.created,
         },
     }
+
+
+def _distortion(c: Calibration) -> dict[str, Any]:
+    if c.lens is None:
+        return {"model": "none"}
+    lens = {"model": "division", "k1": c.lens.k1, "center_px": c.lens.center.tolist()}
+    return lens if c.k1_covariance is None else {**lens, "k1_covariance": c.k1_covariance.tolist()}
+
+
+def _target_document(target: TargetFit) -> dict[str, Any]:
+    """Fields under their names; pairs as lists, as they come back from JSON."""
+    fields = asdict(target)
+    return {key: list(v) if isinstance(v, tuple) else v for key, v in fields.items()}
 
 
 def save_calibration(path: str | os.PathLike[str], calibration: Calibration) -> None:
@@ -115,7 +135,7 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
         If the file is not a calibration of a known version.
     """
     name = str(path)
-    document = _Reader(name, _json(name), "")
+    document = JsonReader(name, _json(name))
     declared = document.text("format")
     family, _, version = declared.partition("/")
     if family != "airground.calibration":
@@ -124,12 +144,7 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
         raise FileError(
             name, f"key format: version {version} is not known here, expected 1; update airground"
         )
-    lens = document.part("distortion").text("model")
-    if lens != "none":
-        raise FileError(
-            name,
-            f'key distortion.model: found "{lens}", and this version knows "none" only; update airground',
-        )
+    lens, k1_covariance = _lens(document.part("distortion"))
     fit, seen = document.part("fit"), document.part("observability")
     try:
         return Calibration(
@@ -139,13 +154,7 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
             image_size_px=_size(document),
             time_offset_s=document.number("time_offset_s"),
             time_offset_sigma_s=document.number("time_offset_sigma_s"),
-            targets={
-                target: TargetFit(
-                    sightings=entry.count_or_none("sightings"),
-                    heading_bias_rad=entry.number_or_none("heading_bias_rad"),
-                )
-                for target, entry in document.part("targets").parts()
-            },
+            targets={target: _target(entry) for target, entry in document.part("targets").parts()},
             fit=Fit(
                 method=fit.choice("method", ("linear", "trajectory")),
                 rms_px=fit.number("rms_px"),
@@ -153,6 +162,11 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
                 inlier_fraction=fit.number("inlier_fraction"),
                 window_s=fit.number_or_none("window_s"),
                 region_px=fit.numbers("region_px", 4) if fit.has("region_px") else None,
+                nuisances=fit.texts("nuisances") if fit.has("nuisances") else (),
+                sighting_sigma_px=fit.number_or_none("sighting_sigma_px"),
+                speed_sigma_sqrt_s=fit.number_or_none("speed_sigma_sqrt_s"),
+                heading_sigma_rad_sqrt_s=fit.number_or_none("heading_sigma_rad_sqrt_s"),
+                sighting_correlation=fit.number_or_none("sighting_correlation"),
             ),
             observability=Observability(
                 verdict=seen.choice("verdict", ("ok", "weak")),
@@ -161,6 +175,8 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
                 advice=seen.text("advice"),
             ),
             provenance=_provenance(document),
+            lens=lens,
+            k1_covariance=k1_covariance,
         )
     except FileError:
         raise
@@ -192,7 +208,37 @@ def _refuse(constant: str) -> float:
     raise ValueError(f"{constant} is not a number that a calibration may hold")
 
 
-def _provenance(document: _Reader) -> Provenance:
+def _lens(part: JsonReader) -> tuple[DivisionLens | None, FloatArray | None]:
+    model = part.text("model")
+    if model not in LENSES:
+        known = " or ".join(f'"{name}"' for name in LENSES)
+        raise part.wrong("model", f"{known} (no other is known here; update airground)", model)
+    if model == "none":
+        return None, None
+    k1, center = part.number("k1"), part.numbers("center_px", 2)
+    try:
+        lens = DivisionLens(k1, np.array(center))
+    except InputError as error:
+        raise FileError(part.name, f"key distortion: {error}") from error
+    if not part.has("k1_covariance"):
+        return lens, None
+    return lens, np.array(part.numbers("k1_covariance", 7), dtype=np.float64)
+
+
+def _target(entry: JsonReader) -> TargetFit:
+    return TargetFit(
+        sightings=entry.count_or_none("sightings"),
+        heading_bias_rad=entry.number_or_none("heading_bias_rad"),
+        heading_bias_sigma_rad=entry.sigma_or_none("heading_bias_sigma_rad"),
+        speed_scale=entry.number_or_none("speed_scale"),
+        speed_scale_sigma=entry.sigma_or_none("speed_scale_sigma"),
+        lever_arm_m=entry.pair_or_none("lever_arm_m"),
+        lever_arm_sigma_m=entry.pair_or_none("lever_arm_sigma_m", least=0.0),
+        heading_drift_rad_per_sqrt_s=entry.sigma_or_none("heading_drift_rad_per_sqrt_s"),
+    )
+
+
+def _provenance(document: JsonReader) -> Provenance:
     """Where the file came from, as far as whoever wrote it said so."""
     if not document.has("provenance"):
         return Provenance()
@@ -206,106 +252,8 @@ def _provenance(document: _Reader) -> Provenance:
     )
 
 
-def _size(document: _Reader) -> tuple[int, int] | None:
+def _size(document: JsonReader) -> tuple[int, int] | None:
     if document.get("image_size_px") is None:
         return None
     width, height = document.numbers("image_size_px", 2)
     return int(width), int(height)
-
-
-class _Reader:
-    """A JSON object whose entries are asked for by name and type; a mistake is named by its path."""
-
-    def __init__(self, name: str, value: object, where: str) -> None:
-        self.name = name
-        self.where = where
-        if not isinstance(value, dict):
-            key = f"key {where.removesuffix('.')}: " if where else ""
-            raise FileError(name, f"{key}expected a JSON object, found {_kind(value)}")
-        self.value: dict[str, Any] = value
-
-    def wrong(self, key: str, expected: str, found: object) -> FileError:
-        """Error for an entry."""
-        return FileError(
-            self.name, f"key {self.where}{key}: expected {expected}, found {_kind(found)}"
-        )
-
-    def get(self, key: str) -> Any:
-        """Entry as it is."""
-        if key not in self.value:
-            raise FileError(self.name, f"key {self.where}{key} is missing")
-        return self.value[key]
-
-    def has(self, key: str) -> bool:
-        """Whether an entry is there and not null."""
-        return self.value.get(key) is not None
-
-    def text(self, key: str) -> str:
-        """Entry that is a text."""
-        value = self.get(key)
-        if not isinstance(value, str):
-            raise self.wrong(key, "a text", value)
-        return value
-
-    def number(self, key: str) -> float:
-        """Entry that is a number."""
-        value = self.get(key)
-        if not _is_number(value):
-            raise self.wrong(key, "a number", value)
-        return float(value)
-
-    def count_or_none(self, key: str) -> int | None:
-        """Entry that is a whole number, if it is there."""
-        return int(self.number(key)) if self.has(key) else None
-
-    def number_or_none(self, key: str) -> float | None:
-        """Entry that is a number, if it is there."""
-        return self.number(key) if self.has(key) else None
-
-    def numbers(self, key: str, count: int | None = None) -> Any:
-        """Entry that is a list of so many numbers."""
-        value = self.get(key)
-        fine = isinstance(value, list) and count in {None, len(value)}
-        if not fine or not all(map(_is_number, value)):
-            wanted = "a list of numbers" if count is None else f"{count} numbers"
-            raise self.wrong(key, wanted, value)
-        return tuple(value)
-
-    def choice(self, key: str, known: tuple[str, ...]) -> Any:
-        """Entry that is one of some words."""
-        value = self.text(key)
-        if value not in known:
-            raise self.wrong(key, " or ".join(known), value)
-        return value
-
-    def part(self, key: str) -> _Reader:
-        """Entry that is an object."""
-        return _Reader(self.name, self.get(key), f"{self.where}{key}.")
-
-    def parts(self) -> list[tuple[str, _Reader]]:
-        """All entries, which are objects."""
-        return [(key, self.part(key)) for key in self.value]
-
-    def items(self, key: str) -> list[_Reader]:
-        """Entry that is a list of objects."""
-        value = self.get(key)
-        if not isinstance(value, list):
-            raise self.wrong(key, "a list", value)
-        return [_Reader(self.name, v, f"{self.where}{key}[{k}].") for k, v in enumerate(value)]
-
-
-def _is_number(value: object) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    try:
-        return math.isfinite(value)  # JSON has no infinity, but 1e999 reads as one
-    except OverflowError:
-        return False
-
-
-def _kind(value: object) -> str:
-    try:
-        text = json.dumps(value)
-    except RecursionError:
-        return "brackets in brackets"
-    return text if len(text) <= 40 else f"{text[:37]}..."

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from airground.studies.sheet import Sheet
-from airground.studies.simulation import Progress, Trials, run_trials
+from airground.studies.simulation import PAPER, Progress, Trials, run_trials
+from airground.studies.whole_drive import WholeDriveTrials, whole_drive_trials
 
 __all__ = ["Document", "Item", "Outcome", "Work", "unobservable_note"]
 
@@ -34,6 +35,11 @@ class Work:
     def simulation(self) -> Trials:
         """Trials of the paper's simulation."""
         return run_trials(trials=self.trials, seed=self.seed, progress=self.progress)
+
+    @cached_property
+    def whole_drive(self) -> WholeDriveTrials:
+        """Whole-drive estimates of those that have a linear one."""
+        return whole_drive_trials(self.simulation, PAPER, progress=self.progress)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,188 @@
+"""Which nuisances the data show: wandering headings and scales, a lens, levers. Each stays only if it earns it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from airground.calibration.trajectory.levels import Bounds, estimate_levels
+from airground.calibration.trajectory.problem import cost
+from airground.calibration.trajectory.solver import refine
+from airground.errors import UnobservableMotionError
+
+if TYPE_CHECKING:
+    from airground.calibration.trajectory.problem import Problem
+    from airground.calibration.trajectory.solver import Solution
+    from airground.calibration.trajectory.state import State
+    from airground.geometry.arrays import FloatArray
+
+__all__ = [
+    "Distortion",
+    "covariance_with_lens",
+    "level_names",
+    "select_nuisances",
+    "select_wander",
+]
+
+Distortion = Literal["auto", "none", "division"]
+
+WANDER = (
+    1.0  # how much likelier drift or slip must make the data: to miss one is worse than to keep it
+)
+CLEARLY = 12.0  # how much less a lens must cost: 3.5 deviations
+SHIFTS_S = (0.0, -0.5, -0.25, 0.25, 0.5)  # of the clock, that a lever may have been taken for
+LEVER = 16.0  # how much less a lever must cost: two numbers
+
+
+def level_names(problem: Problem) -> tuple[str, ...]:
+    """Noise levels that a problem has.
+
+    Parameters
+    ----------
+    problem : Problem
+        With what wanders.
+
+    Returns
+    -------
+    names : tuple of str
+        Fields of `Noise`.
+    """
+    wanders = [name for name in ("drift", "slip") if getattr(problem.free, name)]
+    return ("pixel", "along", "across", *wanders, *(f"{name}_s" for name in wanders))
+
+
+def select_wander(problem: Problem, solution: Solution, bounds: Bounds) -> tuple[Problem, Solution]:
+    """Noise levels, and whether headings drift and wheels slip: first with both, then without what is not needed.
+
+    Parameters
+    ----------
+    problem : Problem
+        With drift and slip switched on where they may be.
+    solution : Solution
+        Its estimate.
+    bounds : Bounds
+        Where noise levels may lie.
+
+    Returns
+    -------
+    problem : Problem
+        With the noise levels found, and what wanders.
+    solution : Solution
+        Its estimate.
+    """
+    wanders = [name for name in ("drift", "slip") if getattr(problem.free, name)]
+
+    def levels(problem: Problem, solution: Solution) -> tuple[Problem, Solution, float]:
+        return estimate_levels(problem, solution, level_names(problem), bounds)
+
+    problem, solution, value = levels(problem, solution)
+    for field in wanders:
+        free, zero = problem.free, field == "drift"
+        plain = replace(
+            problem,
+            free=replace(free, drift=free.drift and not zero, slip=free.slip and zero),
+        )
+        robots = tuple(
+            replace(
+                r,
+                drift=np.zeros_like(r.drift) if zero else r.drift,
+                slip=r.slip if zero else np.zeros_like(r.slip),
+            )
+            for r in solution.state.robots
+        )
+        try:
+            first = refine(plain, replace(solution.state, robots=robots), rounds=8)
+            trial, tried, new = levels(plain, first)
+        except UnobservableMotionError:
+            continue
+        if new < value + WANDER:
+            problem, solution, value = trial, tried, new
+    return problem, solution
+
+
+def select_nuisances(
+    problem: Problem, solution: Solution, distortion: Distortion
+) -> tuple[Problem, Solution]:
+    """Switch on the lens and the levers that the data show.
+
+    Parameters
+    ----------
+    problem : Problem
+        With its noise levels.
+    solution : Solution
+        Its estimate.
+    distortion : {"auto", "none", "division"}
+        Whether to look for a lens.
+
+    Returns
+    -------
+    problem : Problem
+        With what was switched on.
+    solution : Solution
+        Its estimate.
+
+    Raises
+    ------
+    UnobservableMotionError
+        If a lens is asked for and leads nowhere.
+    """
+    if distortion != "none":
+        trial = replace(problem, free=replace(problem.free, lens=True))
+        try:
+            found = refine(trial, solution.state)
+            less = cost(problem, solution.state) - cost(trial, found.state)
+            if distortion == "division" or less > CLEARLY:
+                problem, solution = trial, found
+        except UnobservableMotionError:
+            if distortion == "division":
+                raise
+    for k in range(len(problem.chains)):
+        trial = replace(problem, free=replace(problem.free, lever=(*problem.free.lever, k)))
+        found = _with_lever(trial, solution.state, k)
+        if found is None:
+            continue
+        if cost(problem, solution.state) - cost(trial, found.state) > LEVER:
+            problem, solution = trial, found
+    return problem, solution
+
+
+def _with_lever(problem: Problem, state: State, robot: int) -> Solution | None:
+    """The cheapest estimate with a lever, if there is any.
+
+    On an arc a lever ahead looks like a later clock: a wrong clock may have been found before the lever was thought of.
+    """
+    shifts = SHIFTS_S if problem.free.offset and not problem.free.lever[:-1] else (0.0,)
+    best: Solution | None = None
+    for shift in shifts:
+        ahead = (shift * problem.chains[robot].usual_speed, 0.0)
+        robots = list(state.robots)
+        robots[robot] = replace(robots[robot], lever=ahead)
+        start = replace(state, offset=state.offset - shift, robots=tuple(robots))
+        try:
+            found = refine(problem, start)
+        except UnobservableMotionError:
+            continue
+        if best is None or found.cost < best.cost:
+            best = found
+    return best
+
+
+def covariance_with_lens(problem: Problem, solution: Solution) -> FloatArray:
+    """Covariance of g_T as if a lens were estimated too: something is not in the model, and it might be that.
+
+    Parameters
+    ----------
+    problem : Problem
+        Without a lens.
+    solution : Solution
+        Its estimate.
+
+    Returns
+    -------
+    covariance : (6, 6) array
+        Of g_T, row by row.
+    """
+    wider = replace(problem, free=replace(problem.free, lens=True))
+    return refine(wider, solution.state, rounds=0).covariance[:6, :6]
