@@ -18,7 +18,7 @@ import numpy as np
 from airground.calibration.recordings import IntArray
 from airground.geometry.arrays import FloatArray
 
-__all__ = ["Windows", "noise_level", "windows"]
+__all__ = ["MIN_PARABOLA", "Windows", "noise_level", "windows"]
 
 MIN_PARABOLA = 5
 

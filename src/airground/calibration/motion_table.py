@@ -163,7 +163,7 @@ class MotionTable:
         # Moments lose half the digits of an exact fit, and the inliers change: the last step takes the residuals.
         residual *= (squares <= THRESHOLD)[:, :, None]
         by_feature = (residual[:, 0] @ self.rows[:, :FEATURES].transpose(0, 2, 1)).sum(axis=0)
-        fit = fit - np.linalg.solve(normal[0], D[0] @ by_feature.ravel())
+        fit = fit - _solved(normal, D @ by_feature.reshape(1, -1, 1))[..., 0]
         # For one model this is quicker than `coefficients`.
         K = _coefficients(coefficient_gradient(fit), fit)
         squares = self._sided(fit, self._squares(K))
@@ -273,4 +273,14 @@ def _step(models: FloatArray, D: FloatArray, moments: FloatArray) -> tuple[Float
     diagonal = normal.reshape(H, 36)[:, ::7]
     diagonal *= 1 + 1e-13
     diagonal += 1e-300
-    return 2 / 3 * models + np.linalg.solve(normal, D @ m)[..., 0], normal
+    return 2 / 3 * models + _solved(normal, D @ m)[..., 0], normal
+
+
+def _solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions (H, 6, 1) of H systems; NaN for singular ones, for which np.linalg.solve raises."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right))
+    except np.linalg.LinAlgError:
+        singular = np.linalg.det(matrices) == 0
+        matrices = np.where(singular[:, None, None], np.nan, matrices)
+        return np.asarray(np.linalg.solve(matrices, right))

@@ -148,8 +148,8 @@ class Options:
     many: int = 360
     """Samples that the better hypotheses meet."""
 
-    keep: int = 3
-    """Hypotheses of a batch that are the better ones; the many samples judge them where they are more than `polish`."""
+    keep: int = 16
+    """Hypotheses of a batch that are the better ones. Of the first batch, which mostly is the last, `polish` are."""
 
     polish: int = 3
     """Hypotheses of a batch that are fitted to their inliers."""
@@ -200,9 +200,9 @@ def ransac(problem: Problem, rng: np.random.Generator, options: Options) -> Cons
         models = source.hypotheses(options.batch, rng)
         drawn += options.batch
         idle = 0 if len(models) else idle + 1
-        if len(models):
-            tried += len(models)
-            models = _best(models, few, options.keep)
+        if found := len(models):
+            models = _best(models, few, options.keep if tried else options.polish)
+            tried += found
             models = _best(models, many, options.polish)
             models = many.refine(models)
             pool = np.concatenate([pool, models]) if len(pool) else models

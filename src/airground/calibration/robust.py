@@ -47,9 +47,6 @@ _ALIKE = 9.0
 _SEVERAL = 50
 """Samples below which a second solution is likely enough to be searched for at length."""
 
-_PLENTY = 500
-"""Samples from which so many hypotheses are good that few of them need a closer look."""
-
 _ALIKE_ON_SOME = 4.0
 """How much more it may be on the samples of the search, which are fewer."""
 
@@ -190,9 +187,7 @@ def robust_fit(
 
 def _options(count: int) -> Options:
     """Few samples may have several solutions: more of the hypotheses are fitted then."""
-    if count < _SEVERAL:
-        return Options(keep=64, polish=16)
-    return Options(keep=16) if count < _PLENTY else Options()
+    return Options() if count >= _SEVERAL else Options(keep=64, polish=16)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.calibration.ground_path import GroundPath, ground_path
+from airground.calibration.local_polynomial import MIN_PARABOLA, windows
 from airground.calibration.recordings import IntArray
 from airground.geometry.arrays import FloatArray
 
@@ -25,6 +26,7 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 # Of the time between readings: mean lag of a piecewise linear series' autocorrelation.
 SHARED = 7 / 15
+SMOOTH_S = 0.5  # over which a heading is smoothed, for the lever
 IDLE = 0.1  # of the usual speed: noise of a robot that stands, over that of one that drives
 
 
@@ -71,7 +73,7 @@ class Chain:
     """Its readings, integrated."""
 
     heading: FloatArray | None
-    """(M,) [rad]. Headings of the readings, unwrapped; None where ground velocities were read."""
+    """(M,) [rad]. Headings of the readings, unwrapped and smoothed; None where ground velocities were read."""
 
     power: FloatArray
     """(M,) [m2/s]. Integral of the squared speed at the readings' times: the scale of the odometry's noise."""
@@ -207,13 +209,30 @@ def chains(
                 uv=tracks.uv[rows][inside],
                 spread=spread[inside],
                 path=path,
-                heading=None if motion.heading is None else np.unwrap(motion.heading[read]),
+                heading=None
+                if motion.heading is None
+                else _smooth(path.t, np.unwrap(motion.heading[read])),
                 power=power,
                 usual_speed=usual_speed,
                 link=np.diff(stretch[inside]) == 0,
             )
         )
     return found
+
+
+def _smooth(t: FloatArray, heading: FloatArray) -> FloatArray:
+    """Local parabolas: a lever swings with the heading, and would swing with its noise."""
+    count = round(SMOOTH_S / float(np.median(np.diff(t)))) // 2 * 2 + 1
+    if count < MIN_PARABOLA or len(t) < count:
+        return heading
+    laid = windows(t, np.arange(len(t) - count + 1), count)
+    value, _ = laid.fit(t, np.column_stack([heading, heading]))
+    half = count // 2
+    when = np.concatenate([t[:half], laid.centre, t[-half:]])
+    order = np.argsort(when)
+    return np.interp(
+        t, when[order], np.concatenate([heading[:half], value[:, 0], heading[-half:]])[order]
+    )
 
 
 def _speed_and_power(path: GroundPath) -> tuple[float, FloatArray]:

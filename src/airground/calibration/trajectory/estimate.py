@@ -13,12 +13,10 @@ from airground.calibration.recordings import Tracks
 from airground.calibration.trajectory.agreement import following
 from airground.calibration.trajectory.chain import Chain, chains
 from airground.calibration.trajectory.first import first_noise, first_solution, noise_bounds
-from airground.calibration.trajectory.levels import Bounds, estimate_levels
 from airground.calibration.trajectory.positions import resampled
 from airground.calibration.trajectory.problem import Problem
 from airground.calibration.trajectory.selection import (
     covariance_with_lens,
-    level_names,
     select_nuisances,
     select_wander,
 )
@@ -33,6 +31,7 @@ from airground.geometry.limited import LimitedHomography
 
 if TYPE_CHECKING:
     from airground.calibration.recordings import Motion
+    from airground.calibration.trajectory.levels import Bounds
     from airground.calibration.trajectory.selection import Distortion
     from airground.geometry.arrays import FloatArray
 
@@ -192,10 +191,10 @@ def _whole_model(
     Where they do, a lens or a lever is believed only if it makes an end of it: else it would take up what is not one.
     """
     fuller, found = select_nuisances(problem, solution, distortion)
+    if fuller is not problem:  # drift and slip, and the noise, have taken up what these now explain
+        fuller, found = select_wander(fuller, found, bounds)
     if correlation_factor(problem, solution) <= HANGING:
         return fuller, found, 1.0
-    names = level_names(fuller)
-    fuller, found, _ = estimate_levels(fuller, found, names, bounds)
     hanging = correlation_factor(fuller, found)
     if hanging > HANGING and distortion != "division":
         fuller, found = problem, solution
