@@ -93,8 +93,8 @@ class MotionProblem:
                 (TwoLines(), True),
             )
         )
-        self.sources = (four, three, four, lines)
-        """What gives hypotheses; the quickest most often."""
+        self.sources = (four, lines, four, three)
+        """What gives hypotheses: the quickest most often, then the one for what it cannot do, the slowest last."""
 
     def __len__(self) -> int:
         return self.columns.shape[1]

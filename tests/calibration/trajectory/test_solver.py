@@ -146,7 +146,7 @@ def start_of(case: Drive, problem: Problem) -> State:
 
 def sharp(problem: Problem, state: State) -> Solution:
     """It stops at a tenth of a deviation; go on from there."""
-    for _ in range(6):
+    for _ in range(10):
         solution = refine(problem, state, rounds=60)
         state = solution.state
     return solution
@@ -224,7 +224,7 @@ def differences(problem: Problem, x: Array) -> Array:
 def with_gross_errors(case: Drive, rng: np.random.Generator) -> Drive:
     found = []
     for chain in case.chains:
-        wrong = rng.random(len(chain)) < 0.25
+        wrong = rng.random(len(chain)) < 0.15
         uv = chain.uv + wrong[:, None] * rng.uniform(-60, 60, chain.uv.shape)
         found.append(replace(chain, uv=uv))
     return replace(case, chains=tuple(found))
@@ -232,8 +232,9 @@ def with_gross_errors(case: Drive, rng: np.random.Generator) -> Drive:
 
 def test_the_robust_cost_s_gradient_is_zero_at_the_solution(rng: np.random.Generator) -> None:
     """Which it can be only if the weights are the derivative of the loss."""
-    case = with_gross_errors(noisy(rng, count=14), rng)
-    problem = case.problem(replace(FULL, drift=False, slip=False), NOISE)
+    # Enough good sightings that the minimum is where they are, and not on the way to a camera that fits the others.
+    case = with_gross_errors(noisy(rng, count=30), rng)
+    problem = case.problem(Free(offset=False, turn=(1,)), NOISE)
     state = start_of(case, problem)
     for _ in range(5):
         state = sharp(problem, state).state  # reweighting comes closer by a constant factor only

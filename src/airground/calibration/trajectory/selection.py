@@ -153,7 +153,9 @@ def _with_lever(problem: Problem, state: State, robot: int) -> Solution | None:
 
     On an arc a lever ahead looks like a later clock: a wrong clock may have been found before the lever was thought of.
     """
-    shifts = SHIFTS_S if problem.free.offset and not problem.free.lever[:-1] else (0.0,)
+    # Speeds that wander, or a lever already, are what a wrong clock shows by.
+    free = problem.free
+    shifts = SHIFTS_S if free.offset and free.slip and not free.lever[:-1] else (0.0,)
     best: Solution | None = None
     for shift in shifts:
         ahead = (shift * problem.chains[robot].usual_speed, 0.0)

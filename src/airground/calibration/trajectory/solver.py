@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = ["Problem", "Solution", "invert", "refine"]
 
 HALVINGS = 6
-ENOUGH = 0.03  # squared step of the globals, in their deviations: the one after it is far smaller
+ENOUGH = 0.03  # the step after one so short is far shorter
 STEADY = 1e-3  # share of the cost that the last step may take off
 
 
@@ -123,9 +123,6 @@ def refine(
     for _ in range(rounds):
         step, squared, gain = linear.step(problem)
         size, trial = 1.0, linear.moved(problem, state, step, 1.0)
-        if squared < ENOUGH and gain < STEADY * (now + 1):
-            state, converged = trial, True  # so short a step changes nothing else
-            break
         odometries = _odometries(problem, trial)
         new = cost(problem, trial, odometries)
         # A step that makes things worse is halved.
@@ -137,7 +134,10 @@ def refine(
         if not new <= now * (1 + 1e-9) + 1e-9:
             converged = squared < 1.0
             break
+        converged = squared < ENOUGH and gain < STEADY * (now + 1)
         state, now = trial, new
+        if converged:
+            break  # so short a step changes nothing else
         linear = _linearise(problem, state, odometries)
     return Solution(
         state,
