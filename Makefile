@@ -47,6 +47,11 @@ bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/recordings.py
 	$(BIN)/python benchmarks/uncertainty.py
+	$(BIN)/python benchmarks/robust.py
+	$(BIN)/python benchmarks/trajectory.py
+	$(BIN)/python benchmarks/faults.py --seeds 5
+	$(BIN)/python benchmarks/online.py
+	$(BIN)/python benchmarks/guidance.py
 
 docs: $(VENV)/made-test
 	$(BIN)/python docs/refresh.py

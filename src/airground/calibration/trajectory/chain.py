@@ -230,9 +230,8 @@ def _smooth(t: FloatArray, heading: FloatArray) -> FloatArray:
     half = count // 2
     when = np.concatenate([t[:half], laid.centre, t[-half:]])
     order = np.argsort(when)
-    return np.interp(
-        t, when[order], np.concatenate([heading[:half], value[:, 0], heading[-half:]])[order]
-    )
+    values = np.concatenate([heading[:half], value[:, 0], heading[-half:]])
+    return np.asarray(np.interp(t, when[order], values[order]))
 
 
 def _speed_and_power(path: GroundPath) -> tuple[float, FloatArray]:

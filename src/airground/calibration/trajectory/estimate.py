@@ -157,7 +157,10 @@ def estimate_whole_drive(
     covariance = solution.covariance
     cautious = covariance[:6, :6]
     if hanging > HANGING and distortion == "auto" and not problem.free.lens:
-        cautious = covariance_with_lens(problem, solution)
+        # An image begins at (0, 0) and holds all sightings: its middle is there or further out, if not known.
+        middles = [view.center] if center is not None else [view.center, tracks.uv.max(axis=0) / 2]
+        wider = [covariance_with_lens(problem, solution, middle) for middle in middles]
+        cautious = max(wider, key=lambda c: float(np.trace(c)))
     counted = sum(float(np.sum(w >= 0.5)) for w, _ in solution.weights)
     total = sum(int(np.sum(keep[tracks.rows(c.name)])) for c in drive)
     seen = sum(len(tracks.t[tracks.rows(c.name)]) for c in drive)

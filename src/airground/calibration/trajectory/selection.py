@@ -140,11 +140,11 @@ def select_nuisances(
                 raise
     for k in range(len(problem.chains)):
         trial = replace(problem, free=replace(problem.free, lever=(*problem.free.lever, k)))
-        found = _with_lever(trial, solution.state, k)
-        if found is None:
+        other = _with_lever(trial, solution.state, k)
+        if other is None:
             continue
-        if cost(problem, solution.state) - cost(trial, found.state) > LEVER:
-            problem, solution = trial, found
+        if cost(problem, solution.state) - cost(trial, other.state) > LEVER:
+            problem, solution = trial, other
     return problem, solution
 
 
@@ -171,7 +171,7 @@ def _with_lever(problem: Problem, state: State, robot: int) -> Solution | None:
     return best
 
 
-def covariance_with_lens(problem: Problem, solution: Solution) -> FloatArray:
+def covariance_with_lens(problem: Problem, solution: Solution, center: FloatArray) -> FloatArray:
     """Covariance of g_T as if a lens were estimated too: something is not in the model, and it might be that.
 
     Parameters
@@ -180,11 +180,14 @@ def covariance_with_lens(problem: Problem, solution: Solution) -> FloatArray:
         Without a lens.
     solution : Solution
         Its estimate.
+    center : (2,) array [px]
+        Of the lens.
 
     Returns
     -------
     covariance : (6, 6) array
         Of g_T, row by row.
     """
-    wider = replace(problem, free=replace(problem.free, lens=True))
+    free, view = replace(problem.free, lens=True), replace(problem.view, center=center)
+    wider = replace(problem, free=free, view=view)
     return refine(wider, solution.state, rounds=0).covariance[:6, :6]

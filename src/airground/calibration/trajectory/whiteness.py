@@ -21,7 +21,7 @@ FLOOR = 0.05  # autocorrelation below which it is taken as gone
 SIGNIFICANT = 3.0  # deviations of a white series' autocorrelation
 MOST_LAGS = 2000
 HANGING = 1.5  # factor from which on the model must lack something
-CROSSING = 10.0  # independent errors in one crossing of the picture, where it lacks something
+CROSSING = 4.0  # independent errors in one crossing of the picture, where it lacks something
 
 
 def correlation_factor(problem: Problem, solution: Solution) -> float:
