@@ -59,7 +59,8 @@ def _row(folder: Path, ours: Callable[..., Any] | None, variants: tuple[str, ...
     tracks, motion = read_tracks(folder / "tracks.csv"), read_motion(folder / "motion.csv")
     told = json.loads((folder / "truth.json").read_text())
     truth = np.array(told["g"]) if told.get("g") is not None else None
-    size = (int(np.ceil(tracks.uv[:, 0].max())) + 1, int(np.ceil(tracks.uv[:, 1].max())) + 1)
+    width, height = told["image_size_px"] or np.ceil(tracks.uv.max(axis=0)) + 1
+    size = (int(width), int(height))  # which a user knows of the camera
     cells = [
         _stated(truth, tracks, (lambda: ours(tracks, motion, size)) if ours else None),
         _stated(truth, tracks, lambda: calibrate(tracks, motion, method="linear")),

@@ -58,13 +58,15 @@ def main() -> None:
 
 def _row(folder: Path) -> str:
     tracks, motion = read_tracks(folder / "tracks.csv"), read_motion(folder / "motion.csv")
+    told = json.loads((folder / "truth.json").read_text())
+    size = told["image_size_px"]  # which a user knows of the camera
     started = time.perf_counter()
     try:
-        result = calibrate(tracks, motion)
+        result = calibrate(tracks, motion, image_size_px=None if size is None else tuple(size))
     except UnobservableMotionError as error:
         return f"refused: {error.reason[:90]}"
     elapsed = time.perf_counter() - started
-    truth = np.array(json.loads((folder / "truth.json").read_text())["g"])
+    truth = np.array(told["g"])
     aligned, _ = align_rotation(truth, result.model)
     peer = _peer(tracks, motion, result.time_offset_s)
     peer_n = (

@@ -1,4 +1,4 @@
-"""Is the stated uncertainty true? Errors over random drives, cameras and noise, against the covariances they came with."""
+"""Is the stated uncertainty true? Errors over random drives, cameras and noise, against the covariances stated."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_95_per_cent_regions_hold_95_per_cent_of_the_time(rng: np.random.Generat
             tilt_deg=float(rng.uniform(0, 65)),
             heading_deg=float(rng.uniform(-180, 180)),
             duration_s=DURATION_S,
-            reading=("speed", "xy_dot")[k % 2],  # type: ignore[arg-type]
+            reading=("speed", "xy_dot")[k % 2],
         )
         noise = RecordingNoise(
             tracks_hz=20.0,
