@@ -47,6 +47,7 @@ bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/calibrate.py
 	$(BIN)/python benchmarks/recordings.py
 	$(BIN)/python benchmarks/uncertainty.py
+	$(BIN)/python benchmarks/coverage.py
 	$(BIN)/python benchmarks/robust.py
 	$(BIN)/python benchmarks/trajectory.py
 	$(BIN)/python benchmarks/faults.py --seeds 5

@@ -27,6 +27,10 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 # Of the time between readings: mean lag of a piecewise linear series' autocorrelation.
 SHARED = 7 / 15
 SMOOTH_S = 0.5  # over which a heading is smoothed, for the lever
+POWER_S, POWER_READINGS = (
+    1.0,
+    9,
+)  # over which the speed is smoothed that the noise is taken to go with
 IDLE = 0.1  # of the usual speed: noise of a robot that stands, over that of one that drives
 
 
@@ -240,5 +244,9 @@ def _speed_and_power(path: GroundPath) -> tuple[float, FloatArray]:
     speed = np.hypot(*np.diff(path.xy, axis=0).T) / dt
     moving = speed > IDLE * float(speed.max())
     usual = float(np.median(speed[moving])) if moving.any() else 0.0
-    rate = speed**2 + (IDLE * usual) ** 2
+    # Smoothed: weights by the very noise that they weigh would favour readings that are too low.
+    count = max(POWER_READINGS, round(POWER_S / float(np.median(dt))))
+    kernel = np.ones(min(count, len(speed)))
+    smooth = np.convolve(speed, kernel, "same") / np.convolve(np.ones_like(speed), kernel, "same")
+    rate = smooth**2 + (IDLE * usual) ** 2
     return usual, np.concatenate([[0.0], np.cumsum(rate * dt)])
