@@ -27,10 +27,7 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 # Of the time between readings: mean lag of a piecewise linear series' autocorrelation.
 SHARED = 7 / 15
 SMOOTH_S = 0.5  # over which a heading is smoothed, for the lever
-POWER_S, POWER_READINGS = (
-    1.0,
-    9,
-)  # over which the speed is smoothed that the noise is taken to go with
+POWER_S, POWER_READINGS = 0.4, 7  # over which speeds are smoothed, for the noise's scale
 IDLE = 0.1  # of the usual speed: noise of a robot that stands, over that of one that drives
 
 
