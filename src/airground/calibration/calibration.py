@@ -335,9 +335,9 @@ class Calibration:
         FileError
             If the file is not a calibration of a known version.
         """
-        from airground.records.calibration_file import load_calibration as load
+        from airground.records.calibration_file import load_calibration
 
-        return load(path)
+        return load_calibration(path)
 
 
 def _is_covariance(matrix: FloatArray) -> bool:
