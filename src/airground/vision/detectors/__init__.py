@@ -1,0 +1,1 @@
+"""Detectors: a frame in, sightings with covariance out."""

@@ -1,0 +1,1 @@
+"""A camera that moves: the ground held still by fixed points (section 4.3)."""

@@ -1,0 +1,1 @@
+"""Sightings to tracks: who is who, where, and how fast."""
