@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from airground.calibration.metric_grid import grid_spacing, metric_grid
 from airground.pictures.style import SOFT, dress, new_figure, save_png
 
 if TYPE_CHECKING:
@@ -17,16 +18,15 @@ if TYPE_CHECKING:
     from airground.calibration.calibration import Calibration
     from airground.calibration.inspection import Inspection
 
-__all__ = ["FLOOR", "draw_grid", "draw_inspection", "draw_tracks", "grid_spacing", "legend"]
+__all__ = ["FLOOR", "draw_grid", "draw_inspection", "draw_tracks", "legend"]
 
 FLOOR = "#20262d"
 HORIZON = "#d55e00"
 SKY = "#eef3f7"
 SCALE = "#b8e0c8"
 TRACKS = ("#56b4e9", "#ffa94d", "#e58fc0", "#f0e442")  # stand out on dark and on slate
+LEVELS = 3.5  # for about four of them, by `grid_spacing`
 REACH = 1.1  # frame heights; a horizon further than this from the middle is not shown
-LINES = 14  # about so many grid lines across the ground that is seen
-SAMPLES = 200  # points along a grid line
 
 
 def draw_inspection(
@@ -160,7 +160,7 @@ def _round_levels(low: float, high: float) -> list[float]:
     if high - low < 1e-6 * high:  # straight down: one scale for all
         return []
     if high < 3 * low:  # nearly so: equal steps
-        step = grid_spacing((high - low) * LINES / 4)
+        step = grid_spacing((high - low) * LEVELS)
         first = int(np.ceil(low / step * (1 + 1e-9)))
         return [float(f"{k * step:.12g}") for k in range(first, int(np.ceil(high / step)))]
     for digits in ((1, 1.5, 2, 3, 5, 7), (1, 2, 3, 5), (1, 2, 5), (1, 3), (1,)):
@@ -207,24 +207,6 @@ def draw_tracks(ax: Axes, tracks: Tracks) -> None:
         ax.plot(uv[:, 0], uv[:, 1], ".", color=TRACKS[k % len(TRACKS)], markersize=2.5, label=name)
 
 
-def grid_spacing(extent: float) -> float:
-    """Round spacing, 1, 2 or 5 times a power of ten, for about `LINES` lines.
-
-    Parameters
-    ----------
-    extent : float [m]
-        What the grid spans.
-
-    Returns
-    -------
-    spacing : float [m]
-        Between its lines.
-    """
-    raw = extent / LINES
-    power = 10.0 ** np.floor(np.log10(raw))
-    return float(power * min((1, 2, 5, 10), key=lambda k: abs(np.log(k * power / raw))))
-
-
 def draw_grid(
     ax: Axes,
     calibration: Calibration,
@@ -253,27 +235,12 @@ def draw_grid(
     from matplotlib.patches import Rectangle
 
     u0, v0, u1, v1 = frame
-    u, v = np.meshgrid(np.linspace(u0, u1, 60), np.linspace(v0, v1, 60))
-    uv = calibration.undistort(np.stack([u.ravel(), v.ravel()], axis=-1))
-    uv = uv[np.isfinite(uv).all(axis=1)]
-    nearness = calibration.model.nearness(uv)
-    # Leave out the strip below the horizon where the ground runs to infinity.
-    relative = nearness / calibration.model.nearness(calibration.origin_px)
-    uv = uv[relative > 0.15 * np.quantile(relative, 0.95)]
-    xy = calibration.model.ground_position(uv, calibration.origin_px)
-    low, high = xy.min(axis=0), xy.max(axis=0)
-    spacing = grid_spacing(float(np.max(high - low)))
+    found = metric_grid(calibration, frame)
     inside = Rectangle(
         (u0, v0), u1 - u0, v1 - v0, transform=ax.transData
     )  # not over the sky above the image
-    for axis in (0, 1):
-        first, last = (int(np.floor(low[axis] / spacing)), int(np.ceil(high[axis] / spacing)))
-        for k in range(first, last + 1):
-            line = np.empty((SAMPLES, 2))
-            line[:, axis] = k * spacing
-            line[:, 1 - axis] = np.linspace(low[1 - axis], high[1 - axis], SAMPLES)
-            uv = calibration.distort(calibration.model.image_position(line, calibration.origin_px))
-            width, alpha = (1.4, 0.9) if k == 0 else (0.6, 0.55)
-            (drawn,) = ax.plot(uv[:, 0], uv[:, 1], color=color, linewidth=width, alpha=alpha)
-            drawn.set_clip_path(inside)
-    return spacing
+    for uv, through_origin in zip(found.lines, found.axes, strict=True):
+        width, alpha = (1.4, 0.9) if through_origin else (0.6, 0.55)
+        (drawn,) = ax.plot(uv[:, 0], uv[:, 1], color=color, linewidth=width, alpha=alpha)
+        drawn.set_clip_path(inside)
+    return found.spacing_m
