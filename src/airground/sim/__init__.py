@@ -1,5 +1,6 @@
 """The simulated world: plays the camera, the robot and their noise; seeded, and apart from what is estimated."""
 
+from airground.sim.body import Body, Disc, Lamp, Part, Patch, Tag
 from airground.sim.calibration_drive import (
     CalibrationDrive,
     DriveNoise,
@@ -8,21 +9,60 @@ from airground.sim.calibration_drive import (
     drive_eight,
 )
 from airground.sim.camera import SimCamera
+from airground.sim.flights import Shake, fly_over, hover, orbit
+from airground.sim.ground_texture import Ground, ground
+from airground.sim.lens import Lens
+from airground.sim.renderer import Renderer
+from airground.sim.scene import Scene, Sun
+from airground.sim.scene_camera import Pinhole
+from airground.sim.scene_kinds import (
+    demo_scene,
+    drone_scene,
+    lamp_scene,
+    soccer_scene,
+    street_scene,
+)
+from airground.sim.scene_truth import BodyTruth
 from airground.sim.unicycle import SegmentDrive, arc, roll_out
 from airground.sim.world import FigureEight, Transit, World, demo_world
+from airground.sim.world_camera import WorldCamera
 
 __all__ = [
+    "Body",
+    "BodyTruth",
     "CalibrationDrive",
+    "Disc",
     "DriveNoise",
     "FigureEight",
+    "Ground",
+    "Lamp",
+    "Lens",
+    "Part",
+    "Patch",
     "Path",
+    "Pinhole",
+    "Renderer",
+    "Scene",
     "SegmentDrive",
+    "Shake",
     "SimCamera",
+    "Sun",
+    "Tag",
     "Transit",
     "World",
+    "WorldCamera",
     "arc",
     "calibration_drive",
+    "demo_scene",
     "demo_world",
     "drive_eight",
+    "drone_scene",
+    "fly_over",
+    "ground",
+    "hover",
+    "lamp_scene",
+    "orbit",
     "roll_out",
+    "soccer_scene",
+    "street_scene",
 ]

@@ -110,6 +110,6 @@ def demo_world() -> World:
         robot="robot",
         path=FigureEight(centre_m=(0.0, 4.1), half_size_m=(2.0, 1.5)),
         cart=Transit(
-            "cart", start_m=(-6.0, 5.4), heading_rad=radians(-5), speed_mps=0.5, start_s=20.0
+            "cart", start_m=(-6.0, 5.6), heading_rad=radians(-5), speed_mps=0.5, start_s=34.0
         ),
     )
