@@ -9,6 +9,7 @@
 from airground._version import __version__
 from airground.calibration import (
     Calibration,
+    Identification,
     Leg,
     LegOptions,
     Motion,
@@ -20,6 +21,7 @@ from airground.calibration import (
     calibrate,
     estimate_linear,
     estimate_robust,
+    identify,
     measure_speeds,
     next_leg,
 )
@@ -50,6 +52,7 @@ __all__ = [
     "Collineation",
     "DivisionLens",
     "FileError",
+    "Identification",
     "InputError",
     "Leg",
     "LegOptions",
@@ -71,6 +74,7 @@ __all__ = [
     "calibrate",
     "estimate_linear",
     "estimate_robust",
+    "identify",
     "measure_speeds",
     "n_error",
     "next_leg",

@@ -22,7 +22,7 @@ from airground.cli import main
 from airground.cli.parser import build_parser
 from airground.geometry import n_error
 from airground.records import write_motion, write_tracks
-from commands import CALIBRATE, DRIVE, READINGS, SCENE, SPEED, T, fails
+from commands import CALIBRATE, DRIVE, READINGS, SCENE, SPEED, T, fails, shorten_demo
 from drives import Drive, read, see
 
 
@@ -299,8 +299,9 @@ def test_every_option_stands_on_the_docs_page(root: Path) -> None:
 
 
 def test_demo_writes_everything_and_prints_its_figures(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    shorten_demo(monkeypatch, rate_hz=15.0)
     out = tmp_path / "deep" / "demo"
     assert main(["demo", "--out", str(out), "--seed", "7", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
@@ -311,6 +312,7 @@ def test_demo_writes_everything_and_prints_its_figures(
     assert abs(offset) < 4 * figures["time_offset_sigma_s"]
     assert sorted(p.name for p in out.iterdir()) == [
         "calibration.json",
+        "demo.mp4",
         "ground.png",
         "motion.csv",
         "overview.png",

@@ -11,7 +11,7 @@ import pytest
 from airground.calibration import Calibration
 from airground.cli import main
 from airground.records import read_tracks
-from commands import CALIBRATE, SPEED, fails
+from commands import CALIBRATE, SPEED, fails, shorten_demo
 
 
 @pytest.fixture
@@ -143,6 +143,9 @@ def test_a_calibration_by_hand_with_the_contract_s_keys_only(
     assert "looks straight down" in capsys.readouterr().out
 
 
-def test_a_path_that_is_markup_to_rich(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_path_that_is_markup_to_rich(
+    recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shorten_demo(monkeypatch, rate_hz=6.0)
     assert main(["demo", "--out", "d[/bold]:smile:"]) == 0
     assert f"open {Path('d[', 'bold]:smile:', 'report.html')}" in capsys.readouterr().out

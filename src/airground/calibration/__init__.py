@@ -4,6 +4,7 @@ from airground.calibration.calibrate import SPEED_SCALE_SIGMA, calibrate
 from airground.calibration.calibration import Calibration, Fit, Provenance, TargetFit
 from airground.calibration.guidance import next_leg
 from airground.calibration.guidance_types import Leg, LegOptions
+from airground.calibration.identify import Identification, RobotIdentity, TrackSpan, identify
 from airground.calibration.linear import estimate_linear
 from airground.calibration.observability import Observability
 from airground.calibration.online import OnlineCalibrator
@@ -17,6 +18,7 @@ __all__ = [
     "SPEED_SCALE_SIGMA",
     "Calibration",
     "Fit",
+    "Identification",
     "Leg",
     "LegOptions",
     "Motion",
@@ -27,13 +29,16 @@ __all__ = [
     "OnlineOptions",
     "OnlineState",
     "Provenance",
+    "RobotIdentity",
     "RobustFit",
     "Speeds",
     "TargetFit",
+    "TrackSpan",
     "Tracks",
     "calibrate",
     "estimate_linear",
     "estimate_robust",
+    "identify",
     "measure_speeds",
     "next_leg",
     "robust_fit",

@@ -2,7 +2,12 @@
 
 from airground.records.atomic import replacing, write_bytes, write_text
 from airground.records.recordings_files import read_motion, read_tracks
-from airground.records.recordings_writers import write_motion, write_speeds, write_tracks
+from airground.records.recordings_writers import (
+    write_motion,
+    write_smoothed,
+    write_speeds,
+    write_tracks,
+)
 
 __all__ = [
     "read_motion",
@@ -10,6 +15,7 @@ __all__ = [
     "replacing",
     "write_bytes",
     "write_motion",
+    "write_smoothed",
     "write_speeds",
     "write_text",
     "write_tracks",

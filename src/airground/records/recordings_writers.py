@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from airground.geometry.arrays import FloatArray
     from airground.records.access import StrPath
 
-__all__ = ["write_motion", "write_speeds", "write_tracks"]
+__all__ = ["SmoothedTrack", "write_motion", "write_smoothed", "write_speeds", "write_tracks"]
 
 _ROWS_AT_ONCE = 10_000
 
@@ -73,6 +73,64 @@ def write_motion(path: StrPath, motion: Motion) -> None:
         "sigma_heading_rad": motion.sigma_heading,
     }
     _write(path, motion.t, motion.targets, motion.target_index, columns)
+
+
+class SmoothedTrack(Protocol):
+    """What is written of a smoothed track."""
+
+    @property
+    def t(self) -> FloatArray:
+        """(N,) [s]. Times."""
+        ...
+
+    @property
+    def uv(self) -> FloatArray:
+        """(N, 2) [px]. Positions."""
+        ...
+
+    @property
+    def uv_dot(self) -> FloatArray:
+        """(N, 2) [px/s]. Velocities."""
+        ...
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(N, 4, 4). Of both."""
+        ...
+
+
+def write_smoothed(path: StrPath, tracks: Mapping[str, SmoothedTrack]) -> None:
+    """Write smoothed tracks: positions and velocities in the image with their standard deviations.
+
+    Parameters
+    ----------
+    path : path-like
+        The file to write or to replace.
+    tracks : mapping of str to SmoothedTrack
+        By target.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written.
+    InputError
+        If a target's name would not read back, or an entry is not finite.
+    """
+    index = np.repeat(np.arange(len(tracks)), [len(track.t) for track in tracks.values()])
+    parts = list(tracks.values())
+    t = readonly(np.concatenate([track.t for track in parts]), (len(index),), "t")
+    uv = readonly(np.concatenate([track.uv for track in parts]), (len(t), 2), "uv")
+    uv_dot = readonly(np.concatenate([track.uv_dot for track in parts]), (len(t), 2), "uv_dot")
+    variance = np.diagonal(np.concatenate([track.covariance for track in parts]), axis1=1, axis2=2)
+    columns = {
+        "u_px": uv[:, 0],
+        "v_px": uv[:, 1],
+        "sigma_px": np.sqrt(variance[:, :2].mean(axis=1)),
+        "u_dot_pxps": uv_dot[:, 0],
+        "v_dot_pxps": uv_dot[:, 1],
+        "sigma_dot_pxps": np.sqrt(variance[:, 2:].mean(axis=1)),
+    }
+    _write(path, t, tuple(tracks), index, columns)
 
 
 def write_speeds(

@@ -1,6 +1,6 @@
-"""The main job, end to end, in the embedded world: drive, record, calibrate, measure, report.
+"""The main job, end to end, in the embedded world: film, track, calibrate, measure, report.
 
-What is estimated comes from the recorded files alone, read back from disk. The world's truth is only compared with.
+What is estimated comes from rendered images and the robot's odometry alone. The world's truth is only compared with.
 """
 
 from __future__ import annotations
@@ -16,7 +16,16 @@ from airground.calibration.inspection import Inspection, inspect_calibration
 from airground.errors import FileError
 from airground.geometry import n_error, velocity_map_error
 from airground.records import read_motion, read_tracks, write_motion, write_speeds, write_tracks
-from airground.sim import CalibrationDrive, DriveNoise, World, calibration_drive, demo_world
+from airground.sim import (
+    CalibrationDrive,
+    DriveNoise,
+    Scene,
+    World,
+    calibration_drive,
+    demo_scene,
+    demo_world,
+)
+from airground.studies.film import film, watch
 from airground.studies.report import write_report
 
 if TYPE_CHECKING:
@@ -28,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["Demo", "run_demo"]
 
 CLOCKS_APART_S = 0.08  # the robot's clock is ahead of the camera's; calibration has to find that
+DURATION_S = 75.0
 SURE = 1.96  # standard deviations that hold 95 per cent
 
 
@@ -38,8 +48,14 @@ class Demo:
     world: World
     """The truth."""
 
+    scene: Scene
+    """The same, with all that the camera sees of it."""
+
+    mark_height_m: float
+    """Height of the tags above the floor [m]: the calibration is that of their plane."""
+
     drive: CalibrationDrive
-    """What was recorded, and the true path."""
+    """The robot's readings, and the true path."""
 
     tracks: Tracks
     """The recording, as read back."""
@@ -95,7 +111,14 @@ class Demo:
         }
 
 
-def run_demo(out: Path, *, seed: int, command: str, say: Callable[[str], None]) -> Demo:
+def run_demo(
+    out: Path,
+    *,
+    seed: int,
+    command: str,
+    say: Callable[[str], None],
+    duration_s: float | None = None,
+) -> Demo:
     """Run the demo and write its files.
 
     Parameters
@@ -108,6 +131,8 @@ def run_demo(out: Path, *, seed: int, command: str, say: Callable[[str], None]) 
         Command line, for the calibration's provenance.
     say : callable
         Is told what is being done.
+    duration_s : float, optional [s]
+        Of the drive; `DURATION_S` where not given.
 
     Returns
     -------
@@ -120,18 +145,24 @@ def run_demo(out: Path, *, seed: int, command: str, say: Callable[[str], None]) 
         If the folder cannot be made.
     """
     started = time.perf_counter()
+    duration_s = DURATION_S if duration_s is None else duration_s
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(str(out), f"cannot be made: {error.strerror or error}") from error
 
-    say("drive the robot and watch it")
     world = demo_world()
+    scene = demo_scene(seed, world=world)
     drive = calibration_drive(
-        world, np.random.default_rng(seed), noise=DriveNoise(time_offset_s=CLOCKS_APART_S)
+        world,
+        np.random.default_rng(seed),
+        duration_s=duration_s,
+        noise=DriveNoise(time_offset_s=CLOCKS_APART_S),
     )
-    write_tracks(out / "tracks.csv", drive.tracks)
+    names = {"0": world.robot, "1": world.cart.target}
     write_motion(out / "motion.csv", drive.motion)
+    seen = watch(scene, duration_s=duration_s, seed=seed, names=names, say=say)
+    write_tracks(out / "tracks.csv", seen)
 
     say("calibrate from the recording")
     tracks, motion = read_tracks(out / "tracks.csv"), read_motion(out / "motion.csv")
@@ -152,20 +183,32 @@ def run_demo(out: Path, *, seed: int, command: str, say: Callable[[str], None]) 
     )
     cart = speeds.target_index == speeds.targets.index(drive.cart)
     off = speeds.speed[cart] - float(np.linalg.norm(drive.cart_xy_dot))
-    seen = tracks.uv[tracks.rows(world.robot)]
+    height = float(scene.body(world.robot).reference[2])
+    truth = scene.plane(height).g
     demo = Demo(
         world=world,
+        scene=scene,
+        mark_height_m=height,
         drive=drive,
         tracks=tracks,
         calibration=calibration,
         inspection=inspect_calibration(calibration),
         speeds=speeds,
-        n=float(n_error(world.camera.g, calibration.model)),
-        map_error=velocity_map_error(world.camera.g, calibration.model, seen),
+        n=float(n_error(truth, calibration.model)),
+        map_error=velocity_map_error(truth, calibration.model, tracks.uv[tracks.rows(world.robot)]),
         cart_speed_mps=float(speeds.speed[cart].mean()),
         cart_rms_mps=float(np.sqrt(np.mean(off**2))),
         cart_covered=float(np.mean(np.abs(off) < SURE * speeds.speed_sigma[cart])),
         elapsed_s=0.0,
+    )
+    film(
+        out / "demo.mp4",
+        scene,
+        calibration,
+        duration_s=duration_s,
+        seed=seed,
+        names=names,
+        say=say,
     )
     say("draw the report")
     demo = replace(demo, elapsed_s=time.perf_counter() - started)

@@ -12,6 +12,7 @@ from airground._version import __version__
 from airground.pictures.demo import draw_ground, draw_overview, draw_speeds
 from airground.pictures.inspection import draw_inspection
 from airground.records import replacing, write_text
+from airground.studies.film import mark_positions
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -112,8 +113,9 @@ def write_report(out: Path, demo: Demo) -> None:
 
 
 def _true_positions(demo: Demo) -> FloatArray:
-    """True positions of the robot at its sightings."""
-    return demo.drive.path.at(demo.tracks.t[demo.tracks.rows(demo.world.robot)])[0]
+    """True positions of the robot's tag at its sightings."""
+    t = demo.tracks.t[demo.tracks.rows(demo.world.robot)]
+    return mark_positions(demo.scene, demo.world.robot, t)
 
 
 def figure_rows(demo: Demo) -> list[tuple[str, str, str, str]]:
@@ -156,9 +158,9 @@ def figure_rows(demo: Demo) -> list[tuple[str, str, str, str]]:
         k = estimate.camera
         rows += [
             (
-                "camera height",
+                "camera height above the tags",
                 f"{k.height_m:.2f} m",
-                f"{demo.world.height_m:.2f} m",
+                f"{demo.world.height_m - demo.mark_height_m:.2f} m",
                 f"stated deviation {estimate.height_sigma_m:.2f} m",
             ),
             (
