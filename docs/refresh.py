@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).parent
-COMMANDS = ("", "demo", "calibrate", "inspect", "speed", "reproduce")
+COMMANDS = ("", "demo", "track", "identify", "calibrate", "inspect", "speed", "reproduce")
 
 
 def main() -> None:

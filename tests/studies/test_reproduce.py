@@ -31,6 +31,12 @@ def result() -> dict[str, Any]:
     return reproduce([], trials=100, seed=0)
 
 
+def test_the_command_names_all_items() -> None:
+    from airground.cli.reproduce import NAMES
+
+    assert tuple(ITEMS) == NAMES
+
+
 def test_no_item_means_all_that_exist(result: dict[str, Any]) -> None:
     assert list(result) == list(ITEMS) == ["table1", "fig4", "fig5"]
     assert json.loads(json.dumps(result, allow_nan=False)) == result

@@ -11,8 +11,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from airground.studies.report import figure_rows
-
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
@@ -96,6 +94,8 @@ def show_demo(demo: Demo, out: Path) -> None:
     out : Path
         Where its files are.
     """
+    from airground.studies.report import figure_rows
+
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("what", "found", "truth", ""):
         table.add_column(title)

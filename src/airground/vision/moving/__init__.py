@@ -1,1 +1,30 @@
 """A camera that moves: the ground held still by fixed points (section 4.3)."""
+
+from airground.vision.moving.fit_types import HomographyFit, NoiseScale
+from airground.vision.moving.fixed_points import PointStabilizer
+from airground.vision.moving.homography import fit_homography
+from airground.vision.moving.point_options import PointOptions
+from airground.vision.moving.raised import raised
+from airground.vision.moving.small_motion import apply_homography, homography_jacobian
+from airground.vision.moving.stabilization import (
+    Stabilization,
+    StabilizationStatus,
+    rate_between,
+)
+from airground.vision.moving.stabilizer import Stabilizer, StabilizerOptions
+
+__all__ = [
+    "HomographyFit",
+    "NoiseScale",
+    "PointOptions",
+    "PointStabilizer",
+    "Stabilization",
+    "StabilizationStatus",
+    "Stabilizer",
+    "StabilizerOptions",
+    "apply_homography",
+    "fit_homography",
+    "homography_jacobian",
+    "raised",
+    "rate_between",
+]
