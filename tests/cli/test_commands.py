@@ -29,7 +29,7 @@ from drives import Drive, read, see
 def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"airground {__version__}\n"
-    for command in ("demo", "calibrate", "inspect", "speed", "reproduce"):
+    for command in ("demo", "track", "identify", "calibrate", "inspect", "speed", "reproduce"):
         assert main([command, "--help"]) == 0
         assert f"airground {command}" in capsys.readouterr().out
 
