@@ -45,4 +45,4 @@ def shorten_demo(monkeypatch: pytest.MonkeyPatch, *, rate_hz: float) -> None:
     """Film less of the demo, so that it takes seconds; the cart comes into view just before the end."""
     monkeypatch.setattr("airground.studies.demo.DURATION_S", 44.0)
     monkeypatch.setattr("airground.studies.film.RATE_HZ", rate_hz)
-    monkeypatch.setattr("airground.studies.film.FILM_HZ", 3.0)
+    monkeypatch.setattr("airground.studies.film.FILM_EVERY", 5)

@@ -301,7 +301,7 @@ def test_every_option_stands_on_the_docs_page(root: Path) -> None:
 def test_demo_writes_everything_and_prints_its_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shorten_demo(monkeypatch, rate_hz=15.0)
+    shorten_demo(monkeypatch, rate_hz=6.0)
     out = tmp_path / "deep" / "demo"
     assert main(["demo", "--out", str(out), "--seed", "7", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)

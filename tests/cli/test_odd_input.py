@@ -146,6 +146,6 @@ def test_a_calibration_by_hand_with_the_contract_s_keys_only(
 def test_a_path_that_is_markup_to_rich(
     recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shorten_demo(monkeypatch, rate_hz=6.0)
+    shorten_demo(monkeypatch, rate_hz=3.0)
     assert main(["demo", "--out", "d[/bold]:smile:"]) == 0
     assert f"open {Path('d[', 'bold]:smile:', 'report.html')}" in capsys.readouterr().out

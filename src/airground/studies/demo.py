@@ -161,8 +161,8 @@ def run_demo(
     )
     names = {"0": world.robot, "1": world.cart.target}
     write_motion(out / "motion.csv", drive.motion)
-    seen = watch(scene, duration_s=duration_s, seed=seed, names=names, say=say)
-    write_tracks(out / "tracks.csv", seen)
+    watched = watch(scene, duration_s=duration_s, seed=seed, names=names, say=say)
+    write_tracks(out / "tracks.csv", watched.tracks)
 
     say("calibrate from the recording")
     tracks, motion = read_tracks(out / "tracks.csv"), read_motion(out / "motion.csv")
@@ -205,7 +205,7 @@ def run_demo(
         out / "demo.mp4",
         scene,
         calibration,
-        duration_s=duration_s,
+        watched,
         seed=seed,
         names=names,
         say=say,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,10 +12,10 @@ from airground.sim import WorldCamera
 from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes, Look
 from airground.vision.overlay import Overlay
-from airground.vision.preview import Preview
 from airground.vision.sources import ahead
 from airground.vision.tracker import Tracker, TrackRecorder
 from airground.vision.video_tracks import track_video
+from airground.vision.video_writer import VideoWriter
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -24,11 +24,23 @@ if TYPE_CHECKING:
     from airground.calibration import Calibration, Tracks
     from airground.geometry import FloatArray
     from airground.sim import Scene
+    from airground.vision.tracker import Track
 
-__all__ = ["film", "mark_positions", "watch"]
+__all__ = ["Watched", "film", "mark_positions", "watch"]
 
-RATE_HZ = 30.0
-FILM_HZ = 15.0  # of the video, which is for people
+RATE_HZ = 20.0
+FILM_EVERY = 2  # frames: the video is for people
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Watched:
+    """What the eyes made of a scene."""
+
+    tracks: Tracks
+    """Sightings of the tags' centres."""
+
+    states: tuple[tuple[int, tuple[Track, ...]], ...]
+    """Of every `FILM_EVERY`-th frame: its number, and what the tracker believed then."""
 
 
 def watch(
@@ -38,7 +50,7 @@ def watch(
     seed: int,
     names: Mapping[str, str],
     say: Callable[[str], None],
-) -> Tracks:
+) -> Watched:
     """Film a scene and follow its tags: images in, tracks out, and nothing else of the world.
 
     Parameters
@@ -56,31 +68,32 @@ def watch(
 
     Returns
     -------
-    tracks : Tracks
-        Sightings of the tags' centres.
+    watched : Watched
+        Tracks, and what to draw into a video.
     """
     camera = WorldCamera(scene, rate_hz=RATE_HZ, duration_s=duration_s, seed=seed)
-    done = 0
+    states: list[tuple[int, tuple[Track, ...]]] = []
 
     def each(look: Look) -> None:
-        nonlocal done
-        del look
-        done += 1
-        if done % 30 == 0:
-            say(f"film and track: frame {done} of {camera.frame_count}")
+        index = look.frame.index
+        if index % FILM_EVERY == 0:
+            states.append((index, look.state.tracks))
+        if index % 20 == 0:
+            say(f"film and track: frame {index} of {camera.frame_count}")
 
     with camera, ahead(camera) as frames:
         eyes = Eyes(make_detector("tag:family=36h11"), Tracker())
         tracks = track_video(frames, eyes, TrackRecorder(), each=each).tracks
-    return replace(tracks, targets=tuple(names.get(name, name) for name in tracks.targets))
+    tracks = replace(tracks, targets=tuple(names.get(name, name) for name in tracks.targets))
+    return Watched(tracks, tuple(states))
 
 
 def film(
     path: Path,
     scene: Scene,
     calibration: Calibration,
+    watched: Watched,
     *,
-    duration_s: float,
     seed: int,
     names: Mapping[str, str],
     say: Callable[[str], None],
@@ -94,29 +107,28 @@ def film(
     scene : Scene
         What the camera looks at.
     calibration : Calibration
-        Found before, from the same drive.
-    duration_s : float [s]
-        How long.
+        Found from the tracks; it was not known yet when they were made.
+    watched : Watched
+        What the eyes made of it.
     seed : int
-        Of the sensor's noise.
+        Of the sensor's noise: the same as then, and the same images come again.
     names : mapping of str to str
         From the number of a tag to who bears it.
     say : callable
         Is told what is being done.
     """
-    camera = WorldCamera(scene, rate_hz=FILM_HZ, duration_s=duration_s, seed=seed)
-    eyes = Eyes(make_detector("tag:family=36h11"), Tracker())
+    last = watched.states[-1][0]
+    camera = WorldCamera(scene, rate_hz=RATE_HZ, duration_s=last / RATE_HZ, seed=seed)
     overlay = Overlay(calibration=calibration, names=names)
     with (
         replacing(path) as temporary,
-        Preview(temporary, overlay) as preview,
-        camera,
-        ahead(camera) as frames,
+        VideoWriter(temporary, size_px=scene.image_size_px, rate_hz=RATE_HZ / FILM_EVERY) as video,
+        ahead(camera.frame(index) for index, _ in watched.states) as frames,
     ):
-        for k, frame in enumerate(frames):
-            preview.add(eyes.look(frame))
-            if k % 15 == 0:
-                say(f"draw the video: frame {k} of {camera.frame_count}")
+        for frame, (index, tracks) in zip(frames, watched.states, strict=True):
+            video.write(overlay.draw(frame, tracks))
+            if index % 20 == 0:
+                say(f"draw the video: frame {index} of {last}")
 
 
 def mark_positions(scene: Scene, name: str, t: FloatArray) -> FloatArray:
