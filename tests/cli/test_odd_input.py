@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from airground.calibration import Calibration
 from airground.cli import main
 from airground.records import read_tracks
-from commands import CALIBRATE, SPEED, fails, shorten_demo
+from commands import CALIBRATE, SPEED, fails
 
 
 @pytest.fixture
@@ -144,8 +145,11 @@ def test_a_calibration_by_hand_with_the_contract_s_keys_only(
 
 
 def test_a_path_that_is_markup_to_rich(
-    recording: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shorten_demo(monkeypatch, rate_hz=3.0)
+    monkeypatch.setattr(
+        "airground.studies.demo.run_demo", lambda *_, **__: SimpleNamespace(elapsed_s=1.0)
+    )
+    monkeypatch.setattr("airground.studies.report.figure_rows", lambda _: [("what", "1", "2", "")])
     assert main(["demo", "--out", "d[/bold]:smile:"]) == 0
     assert f"open {Path('d[', 'bold]:smile:', 'report.html')}" in capsys.readouterr().out
