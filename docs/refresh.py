@@ -42,7 +42,7 @@ def main() -> None:
     images.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         subprocess.run([sys.executable, "-m", "airground", "demo", "--out", name], check=True)
-        for picture in ("overview.png", "view.png"):
+        for picture in ("overview.png", "view.png", "frame.png"):
             shutil.copy(Path(name) / picture, images / f"demo-{picture}")
         subprocess.run([sys.executable, "-m", "airground", "reproduce", "--out", name], check=True)
         for picture in ("fig4.png", "fig5.png"):

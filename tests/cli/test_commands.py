@@ -313,6 +313,7 @@ def test_demo_writes_everything_and_prints_its_figures(
     assert sorted(p.name for p in out.iterdir()) == [
         "calibration.json",
         "demo.mp4",
+        "frame.png",
         "ground.png",
         "motion.csv",
         "overview.png",
@@ -323,7 +324,7 @@ def test_demo_writes_everything_and_prints_its_figures(
         "view.png",
     ]
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 3
+    assert page.count("data:image/png;base64,") == 4
     assert f"{figures['n']:.4f}" in page
     # The same seed gives the same recording, and the same calibration to the bit.
     again = tmp_path / "again"

@@ -195,6 +195,21 @@ def test_a_rolling_shutter_takes_each_row_at_its_time(moving_camera: bool) -> No
     )
 
 
+def test_a_heading_that_jumps_by_a_turn_turns_on() -> None:
+    """Headings by atan2 jump at pi; a body that turns through it while the shutter is open must not spin back."""
+
+    def jumps(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        theta = np.pi + 2.0 * t
+        return np.tile([1.0, 0.0], (len(t), 1)), np.arctan2(np.sin(theta), np.cos(theta))
+
+    images = []
+    for pose in (jumps, sliding(1.0, 0.0, np.pi, (0.0, 0.0), 2.0)):
+        body = box("b", pose, (0.6, 0.2, 0.1), (250.0,) * 3, moves=True)
+        scene = Scene(camera(20.0), GREY, (body,), noise=0.0, exposure_s=0.01, readout_s=0.01)
+        images.append(Renderer(scene).clean(0.0).astype(int))
+    assert np.abs(images[0] - images[1]).max() <= 1
+
+
 def test_near_things_hide_far_ones_and_pillars_are_drawn_again() -> None:
     view = camera(50.0)
     behind = box(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil, hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from airground.errors import InputError
 from airground.geometry.arrays import FloatArray
 from airground.sim.renderer_bodies import BodyArtist
+from airground.sim.renderer_crowd import Crowd
 from airground.sim.renderer_ground import GroundArtist
 from airground.sim.renderer_lamps import add_lamps
 from airground.sim.renderer_layers import Layer, Window
@@ -19,12 +21,14 @@ from airground.vision.raster import paint
 from airground.vision.raster.noise import SensorNoise
 
 if TYPE_CHECKING:
+    from airground.sim.renderer_crowd import Sight
     from airground.sim.scene import Scene
 
 __all__ = ["Renderer"]
 
 BLUR_STEP_PX = 1.25  # hardly more than the pixel that blurs it anyway: a blur is seen without steps
 MOST_STEPS = 6
+GLOW_PX = 8.0  # of a lamp, or way of a body, that is just outside the image
 
 
 class Renderer:
@@ -41,13 +45,16 @@ class Renderer:
     def __init__(self, scene: Scene, seed: int = 0) -> None:
         self.scene = scene
         camera = scene.camera_at(0.0)
-        self._views_now: dict[float, View] = {}  # the bodies of a frame share them
         self._at_rest = View.of(scene, 0.0) if scene.still else None
         self._ground = GroundArtist(scene.ground, scene.brightness)
         self._artists = [
             BodyArtist(body, scene.sun, scene.brightness, _finest(scene, body.height_m))
             for body in scene.bodies
         ]
+        self._crowds = {
+            moves: Crowd([body for body in scene.bodies if moves in (None, body.moves)], scene.sun)
+            for moves in (None, False, True)
+        }
         self._noise = SensorNoise(camera.image_size_px, scene.noise, scene.shot_noise, seed)
         self._still: tuple[ImageArray, list[tuple[float, Layer]]] | None = None
 
@@ -99,22 +106,15 @@ class Renderer:
             if self._still is None:
                 self._still = self._background()
             image, layers = self._still[0].copy(), self._still[1]
-            artists = [artist for artist in self._artists if artist.body.moves]
+            self._draw(image, True, layers, self._view(t))
         else:
             view = self._view(t)
-            image, layers = self._ground.draw_quickly(view, self._way_px(view)), []
-            artists = self._artists
-        self._draw(image, artists, layers, t)
+            image = self._ground.draw_quickly(view, self._way_px(view))
+            self._draw(image, None, [], view)
         return image
 
     def _view(self, t: float) -> View:
-        if self._at_rest is not None:
-            return self._at_rest.later(t)
-        if t not in self._views_now:
-            if len(self._views_now) > 4 * MOST_STEPS:
-                self._views_now.clear()
-            self._views_now[t] = View.of(self.scene, t)
-        return self._views_now[t]
+        return View.of(self.scene, t) if self._at_rest is None else self._at_rest.later(t)
 
     def _way_px(self, view: View) -> FloatArray:
         """How far the ground in the middle of the image moves while the shutter is open."""
@@ -123,9 +123,9 @@ class Renderer:
             return np.zeros(2)
         width, height = view.image_size_px
         middle = np.array([(width - 1) / 2, (height - 1) / 2, 1.0])
-        spot = np.linalg.inv(self.scene.image_from_plane(0.0, view.t)) @ middle
-        ends = [self.scene.image_from_plane(0.0, view.t + k * half) @ spot for k in (-1, 1)]
-        return np.asarray(ends[1][:2] / ends[1][2] - ends[0][:2] / ends[0][2])
+        P = view.projections_at(view.t + np.array([-half, 0.0, half]))[..., [0, 1, 3]]
+        first, last = P[[0, -1]] @ np.linalg.solve(P[len(P) // 2], middle)
+        return np.asarray(last[:2] / last[2] - first[:2] / first[2])
 
     def _background(self) -> tuple[ImageArray, list[tuple[float, Layer]]]:
         """Ground and all that never moves, and those bodies again, for what passes behind them."""
@@ -136,27 +136,36 @@ class Renderer:
             radius = (u**2 + (v**2)[:, None]) / (width**2 / 4 + height**2 / 4)
             light = 1 - self.scene.vignetting * radius[..., None]
             image = np.rint(image * light).astype(np.uint8)
-        fixed = [artist for artist in self._artists if not artist.body.moves]
-        return image, self._draw(image, fixed, [], 0.0)
+        return image, self._draw(image, False, [], self._view(0.0))
 
     def _draw(
         self,
         image: ImageArray,
-        artists: list[BodyArtist],
+        moves: bool | None,
         again: list[tuple[float, Layer]],
-        t: float,
+        view: View,
     ) -> list[tuple[float, Layer]]:
         """Draw bodies, the farthest first; layers of `again` that are in front of one are drawn again."""
-        scene = self.scene
-        around = (scene.exposure_s + scene.readout_s) / 2
-        middle = self._view(t)
-        motions = [BodyMotion.of(artist.body, t - around, t + around) for artist in artists]
-        for artist, motion in zip(artists, motions, strict=True):
-            cast_shadow(image, artist.body, scene.sun, middle, motion)
-        away = [float(np.hypot(*(m.at(np.array([t]))[0][0] - middle.eye[:2]))) for m in motions]
+        scene, crowd = self.scene, self._crowds[moves]
+        artists = [a for a in self._artists if moves in (None, a.body.moves)]
+        span = scene.exposure_s + scene.readout_s
+        motions = [BodyMotion.of(artist.body, view.t, span) for artist in artists]
+        sights = crowd.sights(view, motions, scene.exposure_s)
+        for artist, sight in zip(artists, sights, strict=True):
+            cast_shadow(image, artist.body, scene.sun, sight, view.image_size_px)
+        x, y = view.eye[:2].tolist()
+        away = [hypot(*(m.poses[len(m.poses) // 2, :2] - (x, y)).tolist()) for m in motions]
+        inside = [k for k, sight in enumerate(sights) if _in_view(sight, view)]
+        times = {k: self._times(view.t, sights[k].way_px) for k in inside}
+        wanted = [(k, t) for k in inside for t in times[k] if len(times[k]) > 1]
+        blurred = iter(crowd.seen(view, motions, wanted))
+        seen = {
+            k: [next(blurred) for _ in times[k]] if len(times[k]) > 1 else [sights[k].seen]
+            for k in inside
+        }
         drawn: list[tuple[float, Layer]] = []
         touched: list[Window] = []
-        queue = [(-d, 0, k) for k, d in enumerate(away)]
+        queue = [(-away[k], 0, k) for k in inside]
         queue += [(-d, 1, k) for k, (d, _) in enumerate(again)]
         for minus_away, kind, k in sorted(queue):
             if kind == 1:
@@ -164,28 +173,26 @@ class Renderer:
                 if any(layer.window.meets(window) for window in touched):
                     paint.lay_over(layer.window.of(image), layer.picture)
                 continue
-            if artists[k].window(middle, motions[k]) is None:
-                continue
-            views = self._views(artists[k], motions[k], t, middle)
-            found = artists[k].draw(views, motions[k])
+            views = [view.later(t) for t in times[k]]
+            found = artists[k].draw(views, motions[k], seen[k])
             if found is not None:
                 paint.lay_over(found.window.of(image), found.picture)
                 drawn.append((-minus_away, found))
                 touched.append(found.window)
-            add_lamps(image, artists[k].body, views, motions[k], scene)
+            add_lamps(image, artists[k].body, views, seen[k], scene)
         return drawn
 
-    def _views(self, artist: BodyArtist, motion: BodyMotion, t: float, middle: View) -> list[View]:
-        """Enough times, evenly over the exposure, that its blur has no steps."""
-        scene = self.scene
-        if scene.exposure_s == 0:
-            return [middle]
-        half = scene.exposure_s / 2
-        way = artist.motion_px(self._view(t - half), self._view(t + half), motion)
-        count = int(np.clip(np.ceil(way / BLUR_STEP_PX), 1, MOST_STEPS))
-        if count == 1:
-            return [middle]
-        return [self._view(t + scene.exposure_s * ((k + 0.5) / count - 0.5)) for k in range(count)]
+    def _times(self, t: float, way_px: float) -> list[float]:
+        """Enough times, evenly over the exposure, that a body's blur has no steps."""
+        count = min(max(ceil(way_px / BLUR_STEP_PX), 1), MOST_STEPS)
+        return [t + self.scene.exposure_s * ((k + 0.5) / count - 0.5) for k in range(count)]
+
+
+def _in_view(sight: Sight, view: View) -> bool:
+    lamps = sight.seen.lamps
+    return Window.of_box(sight.box, view.image_size_px, GLOW_PX) is not None or (
+        len(lamps) > 0 and Window.around(lamps, view.image_size_px, GLOW_PX) is not None
+    )
 
 
 def _finest(scene: Scene, height_m: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ from airground.vision.raster.warp import GreyTile
 
 if TYPE_CHECKING:
     from airground.sim.ground_texture import Ground
+    from airground.sim.lens import Lens
     from airground.sim.renderer_views import View
 
 __all__ = ["GroundArtist"]
@@ -115,15 +117,14 @@ class GroundArtist:
 
     def _texels(self, view: View, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Column and row in the tile (rows, columns, 2), and how far it is [m]; NaN on and above the horizon."""
-        uv = np.stack(np.meshgrid(u, v), axis=-1)
-        if view.lens is not None:
-            uv = view.lens.undistort(uv)
-        planes = np.broadcast_to(view.planes_at(v, 0.0), (len(v), 3, 3))
-        w = np.einsum("nij,nmj->nmi", planes[:, :, :2], uv) + planes[:, None, :, 2]
-        xy = w[..., :2] / np.where(w[..., 2:] > 1e-9, w[..., 2:], np.nan)
-        away = np.hypot(*np.moveaxis(xy - view.eye[:2], -1, 0))
+        flat = _through_lens(view.lens, u.tobytes(), v.tobytes())
+        planes = view.planes_at(v, 0.0)
+        x, y, z = np.moveaxis(planes[:, :, :2] @ flat + planes[:, :, 2:], 1, 0)
+        z = np.where(z > 1e-9, z, np.nan)
+        x, y = x / z, y / z
+        away = np.hypot(x - view.eye[0], y - view.eye[1])
         T = self._texel_from_ground
-        return xy * T[0, 0] + T[:2, 2], away
+        return np.stack([x * T[0, 0] + T[0, 2], y * T[0, 0] + T[1, 2]], axis=-1), away
 
     def _level(self, places: FloatArray) -> int:
         """Texels as far apart as the samples along the denser way, or half as far as along the other."""
@@ -133,3 +134,13 @@ class GroundArtist:
             return len(self._pyramid.levels) - 1
         one, other = float(np.nanmedian(aside)), float(np.nanmedian(down))
         return self._pyramid.level_for(max(min(one, other), max(one, other) / 2))
+
+
+@lru_cache(maxsize=4)
+def _through_lens(lens: Lens | None, columns: bytes, rows: bytes) -> FloatArray:
+    """(rows, 2, columns). Pixels of a grid as a pinhole would show them; a camera asks for few grids, often."""
+    grid = np.stack(np.meshgrid(np.frombuffer(columns), np.frombuffer(rows)), axis=-1)
+    flat = grid if lens is None else lens.undistort(grid)
+    flat = np.ascontiguousarray(flat.transpose(0, 2, 1))
+    flat.flags.writeable = False
+    return flat

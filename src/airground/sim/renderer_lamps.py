@@ -10,7 +10,8 @@ from airground.sim.renderer_layers import Window
 
 if TYPE_CHECKING:
     from airground.sim.body import Body
-    from airground.sim.renderer_views import BodyMotion, View
+    from airground.sim.renderer_crowd import Seen
+    from airground.sim.renderer_views import View
     from airground.sim.scene import Scene
     from airground.vision.frame import ImageArray
 
@@ -21,7 +22,7 @@ REACH = 4.0  # standard deviations
 
 
 def add_lamps(
-    image: ImageArray, body: Body, views: list[View], motion: BodyMotion, scene: Scene
+    image: ImageArray, body: Body, views: list[View], seen: list[Seen], scene: Scene
 ) -> None:
     """Add the light of a body's lamps, in place.
 
@@ -33,21 +34,19 @@ def add_lamps(
         With lamps, or without.
     views : list of View
         Evenly over the exposure.
-    motion : BodyMotion
-        Poses.
+    seen : list of Seen
+        The body at their times.
     scene : Scene
         Its exposure tells how much of a blink is seen.
     """
     if not body.lamps:
         return
-    points = np.array([lamp.at_m for lamp in body.lamps])
-    found = [view.image_of(motion, points) for view in views]
     focal = scene.camera_at(views[0].t).focal_length_px
     for k, lamp in enumerate(body.lamps):
-        uv = np.array([places[k] for places, _ in found])
+        uv = np.array([at.lamps[k] for at in seen])
         if not np.isfinite(uv).all():
             continue
-        sigma = max(lamp.radius_m * focal / float(found[0][1][k]), LEAST_PX)
+        sigma = max(lamp.radius_m * focal / float(seen[0].depths[k]), LEAST_PX)
         window = Window.around(uv, views[0].image_size_px, REACH * sigma)
         if window is None:
             continue

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
+from math import ceil, floor, isfinite
 
 from airground.geometry.arrays import FloatArray
 from airground.vision.frame import ImageArray
@@ -50,13 +49,40 @@ class Window:
         window : Window or None
             None where nothing of it is in the image, or a point is behind the camera.
         """
-        if not np.isfinite(uv).all():
+        left, top = uv.min(axis=0).tolist()
+        right, bottom = uv.max(axis=0).tolist()
+        return cls.of_box((left, top, right, bottom), image_size_px, margin_px)
+
+    @classmethod
+    def of_box(
+        cls,
+        box: tuple[float, float, float, float],
+        image_size_px: tuple[int, int],
+        margin_px: float = MARGIN_PX,
+    ) -> Window | None:
+        """Give the smallest window that holds a box.
+
+        Parameters
+        ----------
+        box : (float, float, float, float) [px]
+            Left, top, right, bottom.
+        image_size_px : (int, int) [px]
+            Of the image that it is cut from.
+        margin_px : float [px]
+            To keep around it.
+
+        Returns
+        -------
+        window : Window or None
+            None where nothing of it is in the image, or a number is not finite.
+        """
+        if not all(map(isfinite, box)):
             return None
-        low = np.maximum(np.floor(uv.min(axis=0) - margin_px), 0)
-        high = np.minimum(np.ceil(uv.max(axis=0) + margin_px) + 1, image_size_px)
-        if (high <= low).any():
+        left, top = max(floor(box[0] - margin_px), 0), max(floor(box[1] - margin_px), 0)
+        right = min(ceil(box[2] + margin_px) + 1, image_size_px[0])
+        bottom = min(ceil(box[3] + margin_px) + 1, image_size_px[1])
+        if right <= left or bottom <= top:
             return None
-        (left, top), (right, bottom) = low.astype(int).tolist(), high.astype(int).tolist()
         return cls(left, top, right - left, bottom - top)
 
     def of(self, image: ImageArray) -> ImageArray:

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.geometry.arrays import FloatArray
-from airground.vision.raster.maps import grid_positions, spread
+from airground.vision.raster.maps import grid_positions
 
 if TYPE_CHECKING:
     from airground.sim.renderer_views import View
     from airground.vision.frame import ImageArray
     from airground.vision.raster.warp import GreyTile
 
-__all__ = ["TexelsOf", "warp_strips"]
+__all__ = ["TexelsOf", "through_corners", "warp_strips"]
 
 TexelsOf = Callable[["View", FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """From columns and rows of the image to places in the tile (rows, columns, 2) and distances [m]."""
 
-STRIP_PX = 48
+STRIP_PX = 48  # a multiple of the second step
 STEP = (
     16,
     4,
@@ -67,11 +67,9 @@ def warp_strips(
         ]
     )
     density = np.maximum(steps.min(axis=0), steps.max(axis=0) / 2)
-    full = None
+    grid = None
     if view.lens is not None:
-        across, down = grid_positions(width, STEP[0]), grid_positions(height, STEP[1])
-        grid = np.nan_to_num(texels(view, across, down)[0], nan=1e9)
-        full = spread(grid, STEP, (width, height))
+        grid, _ = texels(view, grid_positions(width, STEP[0]), grid_positions(height, STEP[1]))
 
     missing = []
     for k, (top, count) in enumerate(zip(tops.tolist(), counts.tolist(), strict=True)):
@@ -79,22 +77,36 @@ def warp_strips(
         done = False
         if clear[k]:
             level = tile.level_for(float(density[k]))
-            if full is not None:
-                done = tile.look_up(full[top : top + count], level, out)
+            if grid is not None:
+                first = top // STEP[1]
+                part = grid[first : first + -(-count // STEP[1]) + 2]
+                done = tile.look_up(part, STEP, level, out)
             else:
                 rows = np.array([0.0, max(count - 1.0, 1e-3)])
-                H = _through_corners(u[[0, 3]], rows, places[k][np.ix_([0, 3], [0, 3])])
+                H = through_corners(u[[0, 3]], rows, places[k][np.ix_([0, 3], [0, 3])])
                 done = tile.warp(H, level, out)
         if not done:
             missing.append((top, count))
     return grey, missing
 
 
-def _through_corners(u: FloatArray, v: FloatArray, places: FloatArray) -> FloatArray:
-    """(3, 3). The homography that takes four corners, u (2,) by v (2,), to (2, 2, 2) places.
+def through_corners(u: FloatArray, v: FloatArray, places: FloatArray) -> FloatArray:
+    """Find the homography that takes the corners of a rectangle to four places.
 
     Exact under a global shutter; under a rolling one neighbouring strips still meet at their corners. From the unit
     square to a quadrilateral in closed form: Heckbert 1989, Fundamentals of Texture Mapping, section 2.2.3.
+
+    Parameters
+    ----------
+    u, v : (2,) array [px]
+        First and last column and row.
+    places : (2, 2, 2) array
+        Where the corners go, by row and column.
+
+    Returns
+    -------
+    homography : (3, 3) array
+        From (u, v, 1).
     """
     p00, p10, p01, p11 = places[0, 0], places[0, 1], places[1, 0], places[1, 1]
     twist = p00 - p10 + p11 - p01

@@ -6,10 +6,11 @@ and bodies move so little that their matrices may be interpolated; `scene_truth`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from airground.geometry.arrays import FloatArray
 from airground.sim.lens import Lens
@@ -18,10 +19,9 @@ if TYPE_CHECKING:
     from airground.sim.body import Body
     from airground.sim.scene import Scene
 
-__all__ = ["BodyMotion", "View"]
+__all__ = ["BodyMotion", "View", "between"]
 
 KNOTS = 5  # over a readout of 20 ms a drone that shakes by 5 px at 2 Hz is met within 0.01 px
-ROUNDS = 3  # for the time of a point's row
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,13 +41,16 @@ class View:
     """Of the camera."""
 
     times: FloatArray
-    """(K,) [s]. When the camera is known; one for a still one."""
+    """(K,) [s]. When the camera is known, over all of the frame; one for a still one."""
 
     projections: FloatArray
     """(K, 3, 4). K (R | -R c) then."""
 
     eye: FloatArray
     """(3,) [m]. Where the camera is at `t`."""
+
+    planes: dict[float, FloatArray] = field(default_factory=dict)
+    """Of a camera that stands still: what `planes_at` has found, by height [m]."""
 
     @classmethod
     def of(cls, scene: Scene, t: float) -> View:
@@ -65,9 +68,8 @@ class View:
         view : View
             At that time.
         """
-        rolls = scene.readout_s > 0 and not scene.still
-        offsets = np.linspace(-0.5, 0.5, KNOTS) if rolls else np.zeros(1)
-        times = t + offsets * scene.readout_s
+        span = 0.0 if scene.still else scene.readout_s + scene.exposure_s
+        times = _knots(t, span)
         cameras = [scene.camera_at(float(when)) for when in times]
         return cls(
             t,
@@ -80,21 +82,19 @@ class View:
         )
 
     def later(self, t: float) -> View:
-        """Give the view of a camera that stands still, at another time.
+        """Give the view at another time of the same exposure, or at any time if the camera stands still.
 
         Parameters
         ----------
         t : float [s]
-            When.
+            Of the middle row.
 
         Returns
         -------
         view : View
             Then.
         """
-        return View(
-            t, self.readout_s, self.image_size_px, self.lens, self.times, self.projections, self.eye
-        )
+        return replace(self, t=t)
 
     def row_times(self, v: FloatArray) -> FloatArray:
         """When rows are exposed.
@@ -110,7 +110,7 @@ class View:
             Times.
         """
         height = self.image_size_px[1]
-        inside = np.clip(v, -0.5, height - 0.5)
+        inside = np.minimum(np.maximum(v, -0.5), height - 0.5)
         return np.asarray(self.t + self.readout_s * (inside - (height - 1) / 2) / height)
 
     def projections_at(self, t: FloatArray) -> FloatArray:
@@ -128,11 +128,9 @@ class View:
         """
         if len(self.times) == 1:
             return self.projections
-        step = self.times[1] - self.times[0]
-        place = np.clip((t - self.times[0]) / step, 0, len(self.times) - 1)
-        low = np.minimum(place.astype(int), len(self.times) - 2)
-        share = (place - low)[:, None, None]
-        return np.asarray(self.projections[low] * (1 - share) + self.projections[low + 1] * share)
+        low, share = between(self.times, t)
+        before = self.projections[low]
+        return np.asarray(before + share[:, None, None] * (self.projections[low + 1] - before))
 
     def planes_at(self, v: FloatArray, height_m: float) -> FloatArray:
         """From the image to a plane above the ground, row by row.
@@ -149,41 +147,15 @@ class View:
         plane_from_image : (N, 3, 3) or (1, 3, 3) array
             The third coordinate is positive where the plane is seen.
         """
+        still = len(self.times) == 1
+        if still and height_m in self.planes:
+            return self.planes[height_m]
         P = self.projections_at(self.row_times(v))
         G = np.stack([P[..., 0], P[..., 1], P[..., 3] + height_m * P[..., 2]], axis=-1)
-        return np.asarray(np.linalg.inv(G))
-
-    def image_of(self, body: BodyMotion, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where points of a body are in the image.
-
-        Parameters
-        ----------
-        body : BodyMotion
-            How it moves.
-        points : (N, 3) array [m]
-            In its frame.
-
-        Returns
-        -------
-        uv : (N, 2) array [px]
-            Through lens and shutter; NaN behind the camera.
-        depth : (N,) array [m]
-            Along the optical axis.
-        """
-        t = np.full(len(points), self.t)
-        for _ in range(ROUNDS if self.readout_s else 1):
-            xyz = body.world(points, t)
-            P = self.projections_at(t)
-            if len(P) == 1:
-                w = xyz @ P[0, :, :3].T + P[0, :, 3]
-            else:
-                w = np.einsum("nij,nj->ni", P[..., :3], xyz) + P[..., 3]
-            depth = np.where(w[:, 2] > 1e-3, w[:, 2], np.nan)
-            uv = w[:, :2] / depth[:, None]
-            if self.lens is not None:
-                uv = self.lens.distort(uv)
-            t = self.row_times(np.nan_to_num(uv[:, 1], nan=0.0))
-        return uv, depth
+        planes = np.asarray(np.linalg.inv(G))
+        if still:
+            self.planes[height_m] = planes
+        return planes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,23 +163,22 @@ class BodyMotion:
     """Poses of a body around the time of a frame, linear in between."""
 
     times: FloatArray
-    """(K,) [s]. Ascending."""
+    """(K,) [s]. Ascending, evenly."""
 
-    xy: FloatArray
-    """(K, 2) [m]. Positions."""
-
-    theta: FloatArray
-    """(K,) [rad]. Headings."""
+    poses: FloatArray
+    """(K, 3) [m, m, rad]. Positions and headings, without jumps by whole turns."""
 
     @classmethod
-    def of(cls, body: Body, start_s: float, end_s: float) -> BodyMotion:
+    def of(cls, body: Body, t: float, span_s: float) -> BodyMotion:
         """Take a body's poses.
 
         Parameters
         ----------
         body : Body
             The body.
-        start_s, end_s : float [s]
+        t : float [s]
+            Middle of the exposure of the middle row.
+        span_s : float [s]
             From the first light on the first row to the last on the last.
 
         Returns
@@ -215,11 +186,14 @@ class BodyMotion:
         motion : BodyMotion
             Of that time.
         """
-        times = np.linspace(start_s, end_s, KNOTS) if end_s > start_s else np.array([start_s])
+        times = _knots(t, span_s)
         xy, theta = body.pose(times)
-        return cls(times, xy, theta)
+        poses = np.empty((len(times), 3))
+        poses[:, :2] = xy
+        poses[:, 2] = theta if np.ptp(theta) < np.pi else np.unwrap(theta)
+        return cls(times, poses)
 
-    def at(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def at(self, t: FloatArray) -> FloatArray:
         """Interpolate.
 
         Parameters
@@ -229,37 +203,38 @@ class BodyMotion:
 
         Returns
         -------
-        xy : (N, 2) array [m]
-            Positions.
-        theta : (N,) array [rad]
-            Headings.
+        poses : (N, 3) or (1, 3) array [m, m, rad]
+            Positions and headings; one where the body is known at one time only.
         """
         if len(self.times) == 1:
-            return np.broadcast_to(self.xy, (len(t), 2)), np.broadcast_to(self.theta, len(t))
-        x, y, theta = (np.interp(t, self.times, a) for a in (*self.xy.T, self.theta))
-        return np.column_stack([x, y]), theta
+            return self.poses
+        low, share = between(self.times, t)
+        before = self.poses[low]
+        return np.asarray(before + share[:, None] * (self.poses[low + 1] - before))
 
-    def world(self, points: FloatArray, t: FloatArray) -> FloatArray:
-        """Points of the body in the world.
+    def pose(self, t: float) -> tuple[float, float, float]:
+        """Interpolate at one time.
 
         Parameters
         ----------
-        points : (N, 3) array [m]
-            In the body's frame.
-        t : (N,) array [s]
-            One time for each.
+        t : float [s]
+            When.
 
         Returns
         -------
-        xyz : (N, 3) array [m]
-            In the world.
+        pose : (float, float, float) [m, m, rad]
+            Position and heading.
         """
-        xy, theta = self.at(t)
-        c, s = np.cos(theta), np.sin(theta)
-        x, y, z = points.T
-        out = np.empty_like(points)
-        out[:, 0], out[:, 1], out[:, 2] = xy[:, 0] + c * x - s * y, xy[:, 1] + s * x + c * y, z
-        return out
+        last = len(self.times) - 1
+        if last == 0:
+            x, y, theta = self.poses[0].tolist()
+            return x, y, theta
+        first, end = float(self.times[0]), float(self.times[-1])
+        place = min(max((t - first) * (last / (end - first)), 0.0), last)
+        low = min(int(place), last - 1)
+        (x, y, theta), (u, v, turn) = self.poses[low : low + 2].tolist()
+        share = place - low
+        return x + share * (u - x), y + share * (v - y), theta + share * (turn - theta)
 
     def body_from_plane(self, t: FloatArray) -> FloatArray:
         """From the ground, or a plane above it, into the body's frame.
@@ -271,13 +246,41 @@ class BodyMotion:
 
         Returns
         -------
-        body_from_plane : (N, 3, 3) array
+        body_from_plane : (N, 3, 3) or (1, 3, 3) array
             Turns and shifts.
         """
-        xy, theta = self.at(t)
+        x, y, theta = self.at(t).T
         c, s = np.cos(theta), np.sin(theta)
-        out = np.zeros((len(t), 3, 3))
-        out[:, 0, 0], out[:, 0, 1], out[:, 0, 2] = c, s, -(c * xy[:, 0] + s * xy[:, 1])
-        out[:, 1, 0], out[:, 1, 1], out[:, 1, 2] = -s, c, s * xy[:, 0] - c * xy[:, 1]
+        out = np.zeros((len(theta), 3, 3))
+        out[:, 0, 0], out[:, 0, 1], out[:, 0, 2] = c, s, -(c * x + s * y)
+        out[:, 1, 0], out[:, 1, 1], out[:, 1, 2] = -s, c, s * x - c * y
         out[:, 2, 2] = 1.0
         return out
+
+
+def between(times: FloatArray, t: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+    """Find the knots around some times.
+
+    Parameters
+    ----------
+    times : (K,) array [s]
+        At least two, evenly.
+    t : (N,) array [s]
+        Times; those outside are moved to the ends.
+
+    Returns
+    -------
+    low : (N,) array of int
+        The knot before, never the last.
+    share : (N,) array
+        Of the way to the next one.
+    """
+    last = len(times) - 1
+    place = (t - times[0]) * (last / (times[-1] - times[0]))
+    place = np.minimum(np.maximum(place, 0.0), last)
+    low = np.minimum(place.astype(np.intp), last - 1)
+    return low, place - low
+
+
+def _knots(t: float, span_s: float) -> FloatArray:
+    return t + np.linspace(-0.5, 0.5, KNOTS) * span_s if span_s > 0 else np.array([t])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from airground.geometry.arrays import FloatArray
 
@@ -15,46 +16,59 @@ if TYPE_CHECKING:
 __all__ = ["Walls"]
 
 AMBIENT = 0.55  # of the light comes from all around
+WALL = 0.9  # how bright a wall in full sun is against the roof
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walls:
-    """The walls of a part."""
+    """The walls of all parts of a body."""
 
-    first: int
-    """Row of its first corner among all corners of the body: underside, then roof."""
-
-    count: int
-    """How many."""
-
-    start: FloatArray
-    """(N, 2) [m]. Where each begins."""
+    corners: NDArray[np.intp]
+    """(N, 4). Rows of a wall's corners among all corners of the body: underside, then roof, part by part."""
 
     outward: FloatArray
     """(N, 2). Unit normals."""
 
+    reach: FloatArray
+    """(N,) [m]. How far along its normal each wall stands."""
+
+    firsts: tuple[int, ...]
+    """First wall of each part; it is also half of the part's first corner. Then the number of walls."""
+
     @classmethod
-    def of(cls, part: Part, first: int) -> Walls:
-        """Take a part's walls.
+    def of(cls, parts: tuple[Part, ...]) -> Walls:
+        """Take a body's walls.
 
         Parameters
         ----------
-        part : Part
-            The part.
-        first : int
-            Row of its first corner among all corners of the body.
+        parts : tuple of Part
+            The parts.
 
         Returns
         -------
         walls : Walls
-            In the order of its corners.
+            In the order of their corners.
         """
-        step = np.roll(part.outline, -1, axis=0) - part.outline
-        length = np.maximum(np.hypot(*step.T), 1e-12)
-        outward = np.column_stack([step[:, 1], -step[:, 0]]) / length[:, None]
-        return cls(first, len(step), part.outline, outward)
+        firsts, quads, normals, reaches = [0], [], [], []
+        for part in parts:
+            count = len(part.outline)
+            step = np.roll(part.outline, -1, axis=0) - part.outline
+            length = np.maximum(np.hypot(*step.T), 1e-12)
+            outward = np.column_stack([step[:, 1], -step[:, 0]]) / length[:, None]
+            low = 2 * firsts[-1] + np.arange(count)
+            after = np.roll(low, -1)
+            quads.append(np.stack([low, after, after + count, low + count], axis=1))
+            normals.append(outward)
+            reaches.append((part.outline * outward).sum(axis=1))
+            firsts.append(firsts[-1] + count)
+        return cls(
+            np.concatenate([*quads, np.zeros((0, 4))]).astype(np.intp),
+            np.concatenate([*normals, np.zeros((0, 2))]),
+            np.concatenate([*reaches, np.zeros(0)]),
+            tuple(firsts),
+        )
 
-    def seen(self, eye: FloatArray, sun: FloatArray) -> list[tuple[int, float]]:
+    def seen(self, eye: FloatArray, sun: FloatArray) -> tuple[list[bool], FloatArray]:
         """Find those that face the camera.
 
         Parameters
@@ -66,9 +80,10 @@ class Walls:
 
         Returns
         -------
-        seen : list of (int, float)
-            Their numbers, and how bright they are.
+        faces : list of bool
+            For each wall: does it?
+        shades : (N,) array
+            How bright each is.
         """
-        faces = np.flatnonzero(((eye - self.start) * self.outward).sum(axis=1) > 0)
         shade = AMBIENT + (1 - AMBIENT) * np.maximum(self.outward @ sun, 0.0)
-        return list(zip(faces.tolist(), (0.9 * shade[faces]).tolist(), strict=True))
+        return (self.outward @ eye > self.reach).tolist(), np.asarray(WALL * shade)

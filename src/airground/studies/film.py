@@ -11,6 +11,7 @@ from airground.records import replacing
 from airground.sim import WorldCamera
 from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes, Look
+from airground.vision.image_files import write_png
 from airground.vision.overlay import Overlay
 from airground.vision.sources import ahead
 from airground.vision.tracker import Tracker, TrackRecorder
@@ -98,7 +99,7 @@ def film(
     names: Mapping[str, str],
     say: Callable[[str], None],
 ) -> None:
-    """Write a video of a scene with tracks, speeds, horizon and metric grid drawn in.
+    """Write a video of a scene with tracks, speeds and metric grid drawn in, and one picture of it, ``frame.png``.
 
     Parameters
     ----------
@@ -118,6 +119,7 @@ def film(
         Is told what is being done.
     """
     last = watched.states[-1][0]
+    still = _telling(watched)
     camera = WorldCamera(scene, rate_hz=RATE_HZ, duration_s=last / RATE_HZ, seed=seed)
     overlay = Overlay(calibration=calibration, names=names)
     with (
@@ -126,9 +128,20 @@ def film(
         ahead(camera.frame(index) for index, _ in watched.states) as frames,
     ):
         for frame, (index, tracks) in zip(frames, watched.states, strict=True):
-            video.write(overlay.draw(frame, tracks))
+            image = overlay.draw(frame, tracks)
+            video.write(image)
+            if index == still:
+                with replacing(path.with_name("frame.png")) as picture:
+                    write_png(picture, image)
             if index % 20 == 0:
                 say(f"draw the video: frame {index} of {last}")
+
+
+def _telling(watched: Watched) -> int:
+    """Number of a frame with as many targets as there ever are, half way through those."""
+    counts = [sum(track.confirmed for track in tracks) for _, tracks in watched.states]
+    full = [index for (index, _), n in zip(watched.states, counts, strict=True) if n == max(counts)]
+    return full[len(full) // 2]
 
 
 def mark_positions(scene: Scene, name: str, t: FloatArray) -> FloatArray:

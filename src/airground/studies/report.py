@@ -55,8 +55,11 @@ code {{ font-size: .92em; color: var(--accent); }}
 </head>
 <body>
 <h1>One drive, no checkerboard: a camera calibrated</h1>
-<p class="soft">airground {version}, simulated world. Everything below was computed from
-<code>tracks.csv</code> (where the robot was seen) and <code>motion.csv</code> (its compass and odometer).</p>
+<p class="soft">airground {version}, simulated world. Everything below was computed from the camera's images and from
+<code>motion.csv</code> (the robot's compass and odometer).</p>
+<img alt="A frame of the video with tracks, speeds and metric grid drawn in" src="{frame}">
+<p class="soft">One frame of <a href="demo.mp4">demo.mp4</a>. Tags were found in the images (<code>tracks.csv</code>);
+grid and speeds are those of the calibration.</p>
 <div class="wide"><table>
 <tr><th>what</th><th>found</th><th>truth</th><th></th></tr>
 {rows}
@@ -108,7 +111,9 @@ def write_report(out: Path, demo: Demo) -> None:
         f'<td class="number">{escape(true)}</td><td class="soft">{escape(remark)}</td></tr>'
         for what, found, true, remark in figure_rows(demo)
     )
-    pictures = {name: _inline(out / f"{name}.png") for name in ("view", "ground", "speeds")}
+    pictures = {
+        name: _inline(out / f"{name}.png") for name in ("frame", "view", "ground", "speeds")
+    }
     write_text(out / "report.html", PAGE.format(version=escape(__version__), rows=rows, **pictures))
 
 

@@ -25,7 +25,7 @@ __all__ = ["Overlay", "OverlayOptions", "colour_of"]
 SHIFT = 4  # cv2 takes coordinates in sixteenths of a pixel
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 WHITE, DARK, RED = (255, 255, 255), (45, 38, 32), (60, 60, 235)
-GRID, AXIS, HORIZON = (80, 80, 80), (130, 130, 130), (0, 94, 213)  # added to the image
+GRID, AXIS, HORIZON = (48, 48, 48), (90, 90, 90), (0, 94, 213)  # added to the image
 # Okabe and Ito's colours, as blue, green, red: told apart by everybody.
 PALETTE = ((233, 180, 86), (77, 169, 255), (66, 228, 240), (192, 143, 229), (115, 158, 0))
 NINETY_FIVE = 2.4477  # radius, in standard deviations, that holds 95 % of a plane's Gaussian

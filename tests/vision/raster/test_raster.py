@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from airground.errors import InputError
 from airground.vision.raster.maps import grid_positions, spread
+from airground.vision.raster.noise import SensorNoise
 from airground.vision.raster.paint import average, darken, lay_over
 from airground.vision.raster.pyramid import Pyramid, shrink
 from airground.vision.raster.tags import FAMILIES, tag_cells
@@ -72,9 +74,9 @@ def test_a_warp_goes_on_where_the_tile_repeats(rng: np.random.Generator) -> None
         column = (np.arange(200) + int(shift)) % 64
         row = (np.arange(50) + 3) % 64
         assert np.abs(out.astype(int) - picture[np.ix_(row, column)][..., 0]).max() <= 1
-        v, u = np.mgrid[:50, :200].astype(np.float32)
+        grid = np.stack(np.meshgrid(grid_positions(200, 16), grid_positions(50, 4)), axis=-1)
         looked = np.empty_like(out)
-        assert tile.look_up(np.stack([u + np.float32(shift), v + 3], axis=-1), 0, looked)
+        assert tile.look_up(grid + [shift, 3.0], (16, 4), 0, looked)
         assert np.array_equal(looked, out)
     assert not tile.warp(np.diag([99.0, 99.0, 1.0]), 0, out)  # too far for this level
     coloured = tile.colour(out)
@@ -89,6 +91,27 @@ def test_blur_has_the_variance_of_a_line() -> None:
     u = np.arange(21) - 10
     assert (blurred.sum(axis=0) * u**2).sum() / blurred.sum() == pytest.approx(4 / 12, rel=0.02)
     assert blurred.sum() == pytest.approx(250, abs=2)
+
+
+def test_a_pyramid_warps_as_it_samples(rng: np.random.Generator) -> None:
+    grain = rng.integers(0, 256, (96, 96, 4)).astype(np.uint8)
+    pyramid = Pyramid.of(np.asarray(cv2.blur(grain, (5, 5)), dtype=np.uint8))
+    H = np.array([[1.4, 0.3, 9.0], [-0.2, 1.1, 14.0], [1e-3, 2e-3, 1.0]])
+    v, u = np.mgrid[:40, :50].astype(np.float64)
+    w = np.stack([u, v, np.ones_like(u)], axis=-1) @ H.T
+    places = (w[..., :2] / w[..., 2:]).astype(np.float32)
+    for scale, level in ((0.7, 0), (2.0, 1)):
+        warped = pyramid.warp(H, (50, 40), scale).astype(int)
+        assert np.abs(warped - pyramid.sample(places, level)).max() <= 4
+
+
+def test_photons_add_noise_in_proportion_to_the_light() -> None:
+    noise = SensorNoise((320, 240), 0.0, 6.0, 1)
+    for level in (0, 64, 128, 192):
+        image = np.full((240, 320, 3), level, dtype=np.uint8)
+        noise.apply(image, 5)
+        variance = (image.astype(np.float64) - level).var()
+        assert variance == pytest.approx((36 + 1 / 12) * level / 255, rel=0.05, abs=1e-9)
 
 
 def test_tags_have_their_families_cells() -> None:

@@ -9,12 +9,12 @@ from airground.vision.frame import ImageArray
 
 __all__ = ["SensorNoise"]
 
-PLAY_PX = 128  # how far the bank can be moved in u and in v: 16,384 places for each bank
-BANKS = 1  # more would not stay in the processor's cache
+PLAY_PX = 128  # how far a bank can be moved in u and in v: 16,384 places
+ROWS = 120  # noise is laid on so many at a time: what is in between stays in the processor's cache
 
 
 class SensorNoise:
-    """Gaussian noise in grey levels, of one strength in the dark and stronger by steps in the light.
+    """Gaussian noise in grey levels, and noise of photons whose variance grows with the light.
 
     Parameters
     ----------
@@ -23,7 +23,8 @@ class SensorNoise:
     dark : float
         Standard deviation everywhere: reading [grey levels].
     bright : float
-        What photons add in white [grey levels]; half of the variance from a third of the scale on, all from two thirds.
+        Standard deviation of what photons add in white [grey levels]. A pixel at half of white gets it in half of
+        all frames, which is half of the variance.
     seed : int
         Of the banks and of their places.
     """
@@ -34,8 +35,12 @@ class SensorNoise:
         self._size = image_size_px
         self._seed = seed
         rng = np.random.default_rng([seed, 0x5E])
-        self._everywhere = _bank(rng, image_size_px, dark)
-        self._in_light = _bank(rng, image_size_px, bright / np.sqrt(2))
+        shape = (image_size_px[1] + PLAY_PX, image_size_px[0] + PLAY_PX, 3)
+        self._everywhere = _bank(rng, shape, dark)
+        self._of_photons = _bank(rng, shape, bright)
+        self._lot = (
+            rng.integers(0, 255, shape, dtype=np.uint8) if self._of_photons is not None else None
+        )
 
     def apply(self, image: ImageArray, index: int) -> None:
         """Lay the noise of one frame over it, in place.
@@ -48,41 +53,37 @@ class SensorNoise:
             Its number; the same number, the same noise.
         """
         rng = np.random.default_rng([self._seed, 0xF2, index])
-        plan = [(self._in_light, 85), (self._in_light, 170), (self._everywhere, None)]
-        lights = [
-            None if level is None or not bank else cv2.threshold(image, level, 255, 0)[1]
-            for bank, level in plan
-        ]
-        for (bank, _), light in zip(plan, lights, strict=True):
-            if not bank:
-                continue
-            plus, minus = self._cut(bank, rng)
-            if light is not None:
-                plus = np.asarray(cv2.bitwise_and(plus, light), dtype=np.uint8)
-                minus = np.asarray(cv2.bitwise_and(minus, light), dtype=np.uint8)
+        places = rng.integers(0, PLAY_PX, (3, 2)).tolist()
+        if self._of_photons is not None:
+            lot = self._cut(self._lot, places[0])
+            plus, minus = (self._cut(half, places[1]) for half in self._of_photons)
+            scratch = np.empty((2, min(ROWS, len(image)), *image.shape[1:]), dtype=np.uint8)
+            for top in range(0, len(image), ROWS):
+                rows = slice(top, top + ROWS)
+                part = image[rows]
+                hit, noise = scratch[0, : len(part)], scratch[1, : len(part)]
+                cv2.compare(part, lot[rows], cv2.CMP_GT, dst=hit)
+                cv2.bitwise_and(plus[rows], hit, dst=noise)
+                cv2.add(part, noise, dst=part)
+                cv2.bitwise_and(minus[rows], hit, dst=noise)
+                cv2.subtract(part, noise, dst=part)
+        if self._everywhere is not None:
+            plus, minus = (self._cut(half, places[2]) for half in self._everywhere)
             cv2.add(image, plus, dst=image)
             cv2.subtract(image, minus, dst=image)
 
-    def _cut(
-        self, bank: list[tuple[ImageArray, ImageArray]], rng: np.random.Generator
-    ) -> tuple[ImageArray, ImageArray]:
-        which, top, left = rng.integers(0, [len(bank), PLAY_PX, PLAY_PX])
+    def _cut(self, bank: ImageArray | None, place: list[int]) -> ImageArray:
+        assert bank is not None
+        top, left = place
         width, height = self._size
-        window = np.s_[top : top + height, left : left + width]
-        return bank[which][0][window], bank[which][1][window]
+        return bank[top : top + height, left : left + width]
 
 
 def _bank(
-    rng: np.random.Generator, size: tuple[int, int], sigma: float
-) -> list[tuple[ImageArray, ImageArray]]:
-    """Brightening and darkening halves, as images of 8 bits have no sign."""
+    rng: np.random.Generator, shape: tuple[int, int, int], sigma: float
+) -> tuple[ImageArray, ImageArray] | None:
+    """Brightening and darkening halves, as images of 8 bits have no sign; None for no noise."""
     if sigma <= 0:
-        return []
-    made = []
-    for _ in range(BANKS):
-        shape = (size[1] + PLAY_PX, size[0] + PLAY_PX, 3)
-        drawn = np.rint(rng.standard_normal(shape, dtype=np.float32) * sigma)
-        made.append(
-            (np.clip(drawn, 0, 255).astype(np.uint8), np.clip(-drawn, 0, 255).astype(np.uint8))
-        )
-    return made
+        return None
+    drawn = np.rint(rng.standard_normal(shape, dtype=np.float32) * sigma)
+    return np.clip(drawn, 0, 255).astype(np.uint8), np.clip(-drawn, 0, 255).astype(np.uint8)

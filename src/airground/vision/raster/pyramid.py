@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot, log2
 from typing import Self
 
 import cv2
 import numpy as np
 
+from airground.geometry.arrays import FloatArray
 from airground.vision.frame import ImageArray
 from airground.vision.raster.maps import Float32Array
 
@@ -98,8 +100,7 @@ class Pyramid:
         level : int
             The nearest one, in ratio.
         """
-        wanted = np.log2(max(texels_per_sample, 1e-6))
-        return int(np.clip(round(float(wanted)), 0, len(self.levels) - 1))
+        return min(max(round(log2(max(texels_per_sample, 1e-6))), 0), len(self.levels) - 1)
 
     def sample(self, places: Float32Array, level: int) -> ImageArray:
         """Read a level at places between its texels.
@@ -123,3 +124,36 @@ class Pyramid:
             self.levels[level], places, None, cv2.INTER_LINEAR, borderMode=border, borderValue=0
         )
         return np.asarray(read, dtype=np.uint8)
+
+    def warp(
+        self, texel_from_sample: FloatArray, size: tuple[int, int], scale: float = 1.0
+    ) -> ImageArray:
+        """Read it through a homography, from the level that suits the middle of the result.
+
+        Parameters
+        ----------
+        texel_from_sample : (3, 3) array
+            From samples (column, row, 1) to texels of level 0.
+        size : (int, int)
+            Width and height of the result.
+        scale : float
+            What the distance of two samples is multiplied by when the level is chosen.
+
+        Returns
+        -------
+        image : (height, width[, C]) array
+            Bilinear; zero outside.
+        """
+        a, b, c, d, e, f, g, h, i = texel_from_sample.ravel().tolist()
+        x, y = size[0] / 2, size[1] / 2
+        w = g * x + h * y + i
+        u, v = (a * x + b * y + c) / w, (d * x + e * y + f) / w
+        steps = [hypot((p - r * u) / w, (q - r * v) / w) for p, q, r in ((a, d, g), (b, e, h))]
+        level = self.level_for(scale * max(steps))
+        half = 0.5**level
+        edge = half / 2 - 0.5
+        H = np.array([[half, 0, edge], [0, half, edge], [0, 0, 1.0]]) @ texel_from_sample
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        return np.asarray(
+            cv2.warpPerspective(self.levels[level], H, size, flags=flags), dtype=np.uint8
+        )

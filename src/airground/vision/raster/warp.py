@@ -7,7 +7,7 @@ import numpy as np
 
 from airground.geometry.arrays import FloatArray
 from airground.vision.frame import ImageArray
-from airground.vision.raster.maps import Float32Array
+from airground.vision.raster.maps import spread
 from airground.vision.raster.pyramid import Pyramid
 
 __all__ = ["GreyTile"]
@@ -79,13 +79,15 @@ class GreyTile:
         cv2.warpPerspective(self._wide(level), H, (width, height), dst=out, flags=INVERSE)
         return True
 
-    def look_up(self, places: Float32Array, level: int, out: ImageArray) -> bool:
-        """Fill a strip through a map.
+    def look_up(self, grid: FloatArray, step: tuple[int, int], level: int, out: ImageArray) -> bool:
+        """Fill a strip through a smooth map.
 
         Parameters
         ----------
-        places : (H, W, 2) array of float32
-            Texels of level 0, column and row.
+        grid : (M, N, 2) array
+            Texels of level 0, column and row, at `grid_positions` of the rows and of the columns.
+        step : (int, int)
+            Pixels to a cell of the grid, along u and v.
         level : int
             What to read.
         out : (H, W) array of uint8
@@ -96,15 +98,14 @@ class GreyTile:
         done : bool
             False where the strip reaches too far for this level, and nothing was drawn.
         """
-        half = np.float32(0.5**level)
-        places = places * half + (half / 2 - np.float32(0.5))
-        ends = np.concatenate([places[0], places[-1], places[:, 0], places[:, -1]]).T
-        shift = self._shift(ends.astype(np.float64), level)
+        half = 0.5**level
+        places = grid * half + (half / 2 - 0.5)
+        ends = np.concatenate([places[0], places[-1], places[:, 0], places[:, -1]])
+        shift = self._shift(ends.T, level)
         if shift is None:
             return False
-        places += shift.astype(np.float32)
-        whole, part = cv2.convertMaps(places, None, cv2.CV_16SC2)  # type: ignore[call-overload]
-        cv2.remap(self._wide(level), whole, part, cv2.INTER_LINEAR, dst=out)
+        full = spread(places + shift, step, (out.shape[1], out.shape[0]))
+        cv2.remap(self._wide(level), full, None, cv2.INTER_LINEAR, dst=out)  # type: ignore[call-overload]
         return True
 
     def colour(self, grey: ImageArray) -> ImageArray:
