@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise, product
 
 import numpy as np
@@ -54,15 +55,16 @@ class Scene:
         return next(owner for known, owner, *_ in self.rows if known == name)
 
 
+@cache
 def robot(seed: int = 0, plan: RecordingPlan = PLAN) -> Recording:
     return record(plan, NOISE, seed=seed)
 
 
-def crowd(rng: np.random.Generator) -> Scene:
+def crowd(rng: np.random.Generator, others: int = len(OTHERS)) -> Scene:
     """Other vehicles, parked ones, and somebody who walks about."""
     scene = Scene([])
-    for k, plan in enumerate(OTHERS):
-        seen = record(plan, NOISE, seed=50 + k).tracks
+    for k, plan in enumerate(OTHERS[:others]):
+        seen = robot(50 + k, plan).tracks
         scene.add(f"other-{k}", seen.t, seen.uv)
     t = np.arange(0, 40, 0.1)
     for _ in range(3):
@@ -139,7 +141,7 @@ def test_a_convoy_is_not_guessed(behind_s: float, aside_m: float, rng: np.random
 
 
 def test_a_known_clock_tells_who_follows_whom(rng: np.random.Generator) -> None:
-    scene, seen = crowd(rng), robot()
+    scene, seen = crowd(rng, 1), robot()
     name = scene.add("robot-1", seen.tracks.t, seen.tracks.uv)
     mate = follower(seen, 1.3, 0.0, rng)
     scene.add("mate", mate.t, mate.uv)
@@ -148,7 +150,7 @@ def test_a_known_clock_tells_who_follows_whom(rng: np.random.Generator) -> None:
 
 
 def test_two_robots_that_move_as_one_are_not_guessed(rng: np.random.Generator) -> None:
-    scene, seen = crowd(rng), robot()
+    scene, seen = crowd(rng, 1), robot()
     scene.add("a", seen.tracks.t, seen.tracks.uv)
     mate = follower(seen, 0.0, 0.3, rng)
     scene.add("b", mate.t, mate.uv)
@@ -158,7 +160,7 @@ def test_two_robots_that_move_as_one_are_not_guessed(rng: np.random.Generator) -
 
 
 def test_mirrored_and_reversed_copies_are_told_apart(rng: np.random.Generator) -> None:
-    scene, seen = crowd(rng), robot()
+    scene, seen = crowd(rng, 1), robot()
     t, uv = seen.tracks.t, seen.tracks.uv
     scene.add("mirrored", t, [1279, 0] + uv * [-1, 1])
     scene.add("reversed", t, uv[::-1])
@@ -169,7 +171,7 @@ def test_mirrored_and_reversed_copies_are_told_apart(rng: np.random.Generator) -
 
 
 def test_a_left_handed_ground_frame_has_to_be_said(rng: np.random.Generator) -> None:
-    scene, seen = crowd(rng), robot()
+    scene, seen = crowd(rng, 1), robot()
     name = scene.add("robot-1", seen.tracks.t, seen.tracks.uv)
     motion = replace(seen.motion, heading=-np.asarray(seen.motion.heading))
     wrong = identify(scene.tracks, motion).of("robot-1")
@@ -180,7 +182,7 @@ def test_a_left_handed_ground_frame_has_to_be_said(rng: np.random.Generator) -> 
 
 
 def test_a_track_that_changes_to_another_object_is_cut(rng: np.random.Generator) -> None:
-    scene, seen = crowd(rng), robot()
+    scene, seen = crowd(rng, 1), robot()
     other = record(OTHERS[0], NOISE, seed=90).tracks
     mine, its = seen.tracks.t < 24, other.t >= 24
     t = np.concatenate([seen.tracks.t[mine], other.t[its]])
@@ -192,7 +194,7 @@ def test_a_track_that_changes_to_another_object_is_cut(rng: np.random.Generator)
 
 def test_a_pause_goes_with_what_comes_after_it(rng: np.random.Generator) -> None:
     # At rest nothing tells by its motion, but only the robot is where the robot starts from.
-    scene, seen = crowd(rng), robot()
+    scene, seen = crowd(rng, 1), robot()
     t, uv = seen.tracks.t + 6.0, seen.tracks.uv
     rest = np.arange(0, 5.9, 0.1)
     name = scene.add("robot-1", rest, uv[0] + rng.normal(0, 0.7, (len(rest), 2)))
@@ -262,7 +264,7 @@ def test_options_out_of_range(options: dict[str, float], match: str) -> None:
 
 
 def test_the_same_input_the_same_answer(rng: np.random.Generator) -> None:
-    scene, seen = crowd(rng), robot()
+    scene, seen = crowd(rng, 1), robot()
     scene.add("robot-1", seen.tracks.t, seen.tracks.uv)
     one, two = (identify(scene.tracks, seen.motion) for _ in range(2))
     assert one.robots == two.robots

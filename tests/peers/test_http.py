@@ -59,7 +59,7 @@ def served(handler: Callable[..., BaseHTTPRequestHandler]) -> Iterator[str]:
     server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
     server.handle_error = lambda *_: None  # type: ignore[method-assign]
     Pictures.over.clear()
-    thread = Thread(target=server.serve_forever)
+    thread = Thread(target=server.serve_forever, args=(0.01,))  # looks that often whether to end
     thread.start()
     try:
         yield f"http://127.0.0.1:{server.server_port}"

@@ -34,12 +34,12 @@ def state(source: LiveSource) -> str:
 def test_frames_come_at_their_times(serve_rtsp: Serve, free_port: int, backend: Backend) -> None:
     serve_rtsp(free_port)
     with open_source(address(free_port), backend=backend, patience_s=30, stall_s=10) as source:
-        frames = list(islice(source, 20))
+        frames = list(islice(source, 10))
         health = source.health
         # Who reads slowly gets the newest; the old ones are gone, not queued.
-        until(lambda: source.health.dropped >= health.dropped + 20)
+        until(lambda: source.health.dropped >= health.dropped + 10)
         next_two = list(islice(source, 2))
-    assert next_two[0].index >= frames[-1].index + 20
+    assert next_two[0].index >= frames[-1].index + 10
     assert next_two[1].index > next_two[0].index
     steps = np.diff([frame.t for frame in frames])
     dropped = np.diff([frame.index for frame in frames])
@@ -50,7 +50,7 @@ def test_frames_come_at_their_times(serve_rtsp: Serve, free_port: int, backend: 
     assert all(frame.late_s is not None and frame.late_s >= 0 for frame in frames)
     assert frames[0].size_px == (128, 96)
     assert not np.array_equal(frames[0].image, frames[-1].image)  # the ball moves
-    assert (health.state, health.frames, health.reconnects, health.corrupt) == ("live", 20, 0, 0)
+    assert (health.state, health.frames, health.reconnects, health.corrupt) == ("live", 10, 0, 0)
 
 
 def test_a_camera_that_restarts_comes_back(
@@ -80,38 +80,32 @@ def test_a_camera_that_restarts_comes_back(
 def test_a_camera_that_hangs_is_lost_then_given_up_then_comes_back(
     serve_rtsp: Serve, free_port: int, backend: Backend
 ) -> None:
+    """And closing ends the thread even when it hangs again."""
     server = serve_rtsp(free_port)
-    with live_source(address(free_port), backend=backend, patience_s=20, stall_s=1) as source:
+    with live_source(address(free_port), backend=backend, patience_s=20, stall_s=0.5) as source:
         source.start().wait()
-        source.patience_s = 2
+        source.patience_s = 1
         server.send_signal(signal.SIGSTOP)
         until(lambda: state(source) == "lost")
         source.read(0)
-        with pytest.raises(UnreachableError, match="lost rtsp://127.0.0.1.*nothing for 2 s"):
+        with pytest.raises(UnreachableError, match="lost rtsp://127.0.0.1.*nothing for 1 s"):
             source.read()
+        source.patience_s = 20
         server.send_signal(signal.SIGCONT)
         until(lambda: state(source) == "live")
         frame = source.read()
         assert frame is not None
         assert frame.segment == source.health.reconnects >= 1
-
-
-def test_closing_ends_the_thread_even_when_the_camera_hangs(
-    serve_rtsp: Serve, free_port: int, backend: Backend
-) -> None:
-    server = serve_rtsp(free_port)
-    source = live_source(address(free_port), backend=backend, patience_s=30, stall_s=1)
-    source.start().wait()
-    server.send_signal(signal.SIGSTOP)
-    source.close()
-    assert state(source) == "ended"
-    assert source.read() is None
-    until(lambda: not source.running)
+        server.send_signal(signal.SIGSTOP)
+        source.close()
+        assert state(source) == "ended"
+        assert source.read() is None
+        until(lambda: not source.running)
 
 
 def test_a_camera_that_is_not_there_is_unreachable(free_port: int, backend: Backend) -> None:
     with pytest.raises(UnreachableError, match="cannot reach rtsp://127.0.0.1") as caught:
-        open_source(address(free_port, "me:secret@"), backend=backend, patience_s=1)
+        open_source(address(free_port, "me:secret@"), backend=backend, patience_s=0.5)
     assert "secret" not in str(caught.value)
     assert "check that it is on" in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -133,4 +127,4 @@ def test_a_wrong_path_is_said(serve_rtsp: Serve, free_port: int) -> None:
     pytest.importorskip("av", reason="only PyAV tells why")
     serve_rtsp(free_port)
     with pytest.raises(UnreachableError, match="404|[Nn]ot [Ff]ound"):
-        open_source(address(free_port) + "x", backend="pyav", patience_s=1)
+        open_source(address(free_port) + "x", backend="pyav", patience_s=0.5)

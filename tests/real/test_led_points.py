@@ -63,23 +63,21 @@ def test_from_unlabelled_leds_to_a_calibration(recordings: Path) -> None:
     assert mine.confidence > 0.99
     # All but the first two seconds, at rest: at half the frames the tracker lets go of the car when it starts.
     assert sum(s.sightings for s in mine.spans) > 0.93 * len(frames)
-    ours = n_of(found.tracks, motion, truth)
-    given = n_of(read_tracks(folder / "tracks.csv"), motion, truth)
-    assert ours < 0.01
-    assert ours < given + 0.002
+    # The labelled tracks.csv gives 0.0023; benchmarks/identify.py prints it.
+    assert n_of(found.tracks, motion, truth) < 0.0023 + 0.002
 
 
 def test_a_learned_pattern_finds_the_car_in_every_frame(recordings: Path) -> None:
     folder = recordings / "cpm_lab" / RUNS[0]
     t, frames = read_points(folder / "led_points.csv")
-    t, frames = t[100:700], frames[100:700]
+    t, frames = t[100:500], frames[100:500]
     pattern = Constellation.learned(frames)
     assert pattern.always.tolist().count(True) == 3
     assert len(pattern.points) == 4  # with the one that blinks
     found = constellation_sightings(t, frames, pattern)
     assert all(len(s) == 1 for s in found)
     # What was given is between the rear LEDs: a fixed point of the same pattern, a third of it away.
-    given = read_tracks(folder / "tracks.csv").uv[100:700]
+    given = read_tracks(folder / "tracks.csv").uv[100:500]
     off = np.array([s.uv[0] for s in found]) - given
     ahead = np.array([[np.cos(s.angle[0]), np.sin(s.angle[0])] for s in found])
     along = np.sum(off * ahead, axis=1)
@@ -92,10 +90,10 @@ def test_the_car_among_others_that_move_as_really(recordings: Path, name: str) -
     folders = [recordings / "cpm_lab" / run for run in (name, *(r for r in RUNS if r != name))]
     mine, other = (read_tracks(folder / "tracks.csv") for folder in folders)
     motion = read_motion(folders[0] / "motion.csv")
-    t, uv = mine.t[::2], mine.uv[::2]
+    t, uv = mine.t[::4], mine.uv[::4]
     decoys = {
-        "other": (other.t[::2], other.uv[::2]),
-        "later": (other.t[::2] - 7.0, other.uv[::2]),
+        "other": (other.t[::4], other.uv[::4]),
+        "later": (other.t[::4] - 7.0, other.uv[::4]),
         "mirrored": (t, [2047, 0] + uv * [-1, 1]),
         "upside down": (t, [0, 2047] + uv * [1, -1]),
         "reversed": (t, uv[::-1]),

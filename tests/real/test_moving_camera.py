@@ -13,8 +13,13 @@ from vision.moving import recordings as drones
 
 
 @cache
+def loaded(folder: Path, name: str) -> drones.Recording:
+    return drones.load(folder, name)
+
+
+@cache
 def judged(folder: Path, name: str) -> tuple[drones.Recording, PointStabilizer, drones.Judgement]:
-    recording = drones.load(folder, name)
+    recording = loaded(folder, name)
     stabilizer = PointStabilizer()
     return recording, stabilizer, drones.judge(recording, stabilizer)
 
@@ -68,7 +73,7 @@ def test_flying_over_marks_what_it_cannot_know(recordings: Path) -> None:
 @pytest.mark.parametrize("count", [4, 5, 8])
 def test_with_few_given_points_the_stated_deviation_grows(recordings: Path, count: int) -> None:
     """As an operator who picks some parked cars, as far apart as there are."""
-    recording = drones.load(recordings, "geotrax")
+    recording = loaded(recordings, "geotrax")
     whole = [i for i in sorted(recording.parked) if (recording.ids == i).sum() == 150]
     first = {int(recording.ids[k]): recording.uv[k] for k in recording.of(0)}
     everywhere = np.array([first[i] for i in whole])
@@ -97,7 +102,7 @@ def test_with_few_given_points_the_stated_deviation_grows(recordings: Path, coun
 
 def test_collinear_parked_vehicles_are_refused(recordings: Path) -> None:
     """A row of cars along one kerb, as the recording has it, and nothing beside it."""
-    recording = drones.load(recordings, "geotrax")
+    recording = loaded(recordings, "geotrax")
     rows = [k for k in recording.of(0) if recording.ids[k] in recording.parked]
     uv = recording.uv[rows]
     kerb = (uv[:, 1] > 1631) & (uv[:, 1] < 1637)

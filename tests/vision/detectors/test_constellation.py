@@ -80,9 +80,9 @@ def errors(drive: Drive, found: Sightings, k: int, origin: FloatArray) -> list[t
 @pytest.mark.parametrize("tilt_deg", [0, 50])
 def test_described_pattern(tilt_deg: float, rng: np.random.Generator) -> None:
     drive = Drive(tilt_deg, rng)
-    frames = [drive.points(k, spurious=4) for k in range(100)]
-    found = constellation_sightings(np.arange(100) / 50, frames, PATTERN, sigma_px=SIGMA)
-    assert sum(len(s) == 2 for s in found) > 95  # spurious points may make a pattern by chance
+    frames = [drive.points(k, spurious=4) for k in range(60)]
+    found = constellation_sightings(np.arange(60) / 50, frames, PATTERN, sigma_px=SIGMA)
+    assert sum(len(s) == 2 for s in found) > 57  # spurious points may make a pattern by chance
     off = np.array([errors(drive, s, k, np.zeros(2)) for k, s in enumerate(found)]).reshape(-1, 2)
     assert np.median(off[:, 0]) < 2 * SIGMA
     assert np.quantile(off[:, 0], 0.97) < 4 * SIGMA
@@ -117,9 +117,12 @@ def test_learned_pattern(tilt_deg: float, rng: np.random.Generator) -> None:
     mine, its = pattern.points[pattern.always], LEDS[:3]
     sides = [np.sort(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1)) for p in (mine, its)]
     assert sides[0] / sides[0][2] == pytest.approx(sides[1] / sides[1][2], abs=0.08)
-    found = constellation_sightings(np.arange(160) / 50, frames, pattern, sigma_px=SIGMA)
-    off = [errors(drive, s, k, LEDS[:3].mean(axis=0)) for k, s in enumerate(found) if len(s) >= 2]
-    assert len(off) > 130
+    some = range(0, 160, 2)
+    seen = [frames[k] for k in some]
+    found = constellation_sightings(np.array(some) / 50, seen, pattern, sigma_px=SIGMA)
+    middle = LEDS[:3].mean(axis=0)
+    off = [errors(drive, s, k, middle) for k, s in zip(some, found, strict=True) if len(s) >= 2]
+    assert len(off) > 65
     distance, turn = np.array(off).reshape(-1, 2).T
     assert np.median(distance) < 1.0
     assert (
@@ -175,15 +178,14 @@ class Points:
 
 
 def test_as_a_detector_it_learns_on_the_way(rng: np.random.Generator) -> None:
-    drive = Drive(20.0, rng)
+    drive = Drive(20.0, rng, vehicles=1)
     detector = ConstellationDetector(Points([drive.points(k) for k in range(230)]))
     assert isinstance(detector, Detector)
     image = np.zeros((2, 2), dtype=np.uint8)
     found = [detector.detect(Frame(image, k / 50, index=k)) for k in range(230)]
     assert not any(len(s) for s in found[:199])
-    assert (
-        sum(len(s) == 2 for s in found[200:]) >= 28
-    )  # places not seen yet may be stretched otherwise
+    # Places not seen yet may be stretched otherwise.
+    assert sum(len(s) == 1 for s in found[200:]) >= 28
 
 
 @pytest.mark.parametrize(

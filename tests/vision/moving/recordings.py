@@ -72,7 +72,9 @@ def load(folder: Path, name: str) -> Recording:
     known = np.array([int(f) in published for f in boxes[:, 0]])
     boxes = boxes[whole & known]
     frame, ids, uv = boxes[:, 0].astype(np.intp), boxes[:, 1].astype(np.intp), boxes[:, 2:4]
-    still = np.array([project(published[f], p[None])[0] for f, p in zip(frame, uv, strict=True)])
+    still = np.empty_like(uv)
+    for f in np.unique(frame):
+        still[frame == f] = project(published[int(f)], uv[frame == f])
     parked = []
     for name_ in np.unique(ids):
         mine = ids == name_
@@ -100,14 +102,14 @@ def judge(recording: Recording, stabilizer: PointStabilizer) -> Judgement:
         seconds += time.process_time() - started
         results.append(result)
         H = recording.published[int(frame)]
-        for k in rows[out]:
-            name = int(recording.ids[k])
-            if result.stable_from_image is not None:
-                ours.setdefault(name, []).append(
-                    project(result.stable_from_image, recording.uv[k][None])[0]
-                )
-                theirs.setdefault(name, []).append(project(H, recording.uv[k][None])[0])
-        fixed = [k for k in given if recording.ids[k] in stabilizer.fixed]
+        if result.stable_from_image is not None:
+            uv = recording.uv[rows[out]]
+            still = zip(project(result.stable_from_image, uv), project(H, uv), strict=True)
+            for name, (our, their) in zip(recording.ids[rows[out]].tolist(), still, strict=True):
+                ours.setdefault(name, []).append(our)
+                theirs.setdefault(name, []).append(their)
+        known = stabilizer.fixed
+        fixed = [k for k in given if recording.ids[k] in known]
         if result.stable_from_image is None or len(fixed) < 4:
             apart.append(np.nan)
             stated.append(np.nan)

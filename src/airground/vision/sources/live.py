@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 from threading import Condition, Event, Thread
 from time import monotonic
 from typing import TYPE_CHECKING, Self
@@ -30,6 +31,7 @@ LATE_S = 0.25
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.2, 3.0
 
 CLOSING_S = 1.0
+EXIT_S = 10.0  # beyond the longest that a library may take
 
 
 class LiveSource:
@@ -174,6 +176,9 @@ class LiveSource:
             self._changed.notify_all()
         if self._thread.ident is not None:
             self._thread.join(CLOSING_S)
+            if self._thread.is_alive():
+                # A thread that comes back from a library while Python ends would abort the process.
+                atexit.register(self._thread.join, EXIT_S)
 
     def _state(self) -> SourceState:
         if self._closing.is_set():
