@@ -65,6 +65,12 @@ bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/faults.py --seeds 5
 	$(BIN)/python benchmarks/online.py
 	$(BIN)/python benchmarks/guidance.py
+	$(BIN)/python benchmarks/detectors.py
+	$(BIN)/python benchmarks/tracker.py --seeds 2 --seconds 10
+	$(BIN)/python benchmarks/identify.py
+	$(BIN)/python benchmarks/moving.py images
+	$(BIN)/python benchmarks/moving.py rendered
+	$(BIN)/python benchmarks/render.py
 
 docs: $(VENV)/made-test
 	$(BIN)/python docs/refresh.py
