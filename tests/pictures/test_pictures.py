@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from airground.calibration import Calibration, calibrate
 from airground.calibration.inspection import inspect_calibration
-from airground.geometry import DivisionLens, LimitedHomography
 from airground.calibration.metric_grid import grid_spacing
+from airground.geometry import DivisionLens, LimitedHomography
 from airground.pictures.inspection import _round_levels, draw_grid, draw_inspection
 from drives import fit_drive, read, see
 from scenes import Scene, scene

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, log
 
 from airground.errors import InputError
 
 __all__ = ["TrackerOptions"]
+
+FRAME_S = 0.05  # usual time between frames, for the odds of new things only [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +88,8 @@ class TrackerOptions:
         for name in ("confirm_hits", "hypotheses"):
             if (value := getattr(self, name)) < 1:
                 raise InputError(f"{name} must be 1 or more, not {value}")
+
+    @property
+    def first_score(self) -> float:
+        """Logarithm of the odds that a sighting that belongs to nobody is of a new thing."""
+        return log(self.births_per_mpx_s * FRAME_S / self.clutter_per_mpx)

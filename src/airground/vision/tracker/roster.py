@@ -12,10 +12,11 @@ if TYPE_CHECKING:
 
     from airground.calibration.recordings import IntArray
     from airground.geometry.arrays import FloatArray
+    from airground.vision.tracker.options import TrackerOptions
 
     BoolArray = NDArray[np.bool_]
 
-__all__ = ["Roster"]
+__all__ = ["Roster", "birth_order"]
 
 MOST_SCORE = 50.0  # beyond any doubt
 
@@ -155,3 +156,58 @@ class Roster:
         self.hits = self.hits + own
         self.score = np.minimum(self.score + np.where(shares, 0.0, won), MOST_SCORE)
         self.quality = memory * self.quality + (1 - memory) * own
+
+    def adopt(self, lost: IntArray, back: IntArray) -> None:
+        """Give lost tracks what is known of the candidates that they came back as.
+
+        Parameters
+        ----------
+        lost : (K,) array of int
+            Rows of the tracks.
+        back : (K,) array of int
+            Rows of the candidates.
+        """
+        for name in ("seen", "touched", "quality"):
+            column = getattr(self, name).copy()
+            column[lost] = column[back]
+            setattr(self, name, column)
+        hits = np.bincount(lost, self.hits[back], len(self)).astype(np.intp)
+        self.hits = self.hits + hits
+
+    def lost(self, t: float, options: TrackerOptions) -> BoolArray:
+        """Which tracks were not seen for too long.
+
+        Parameters
+        ----------
+        t : float [s]
+            Time.
+        options : TrackerOptions
+            Say how long is too long.
+
+        Returns
+        -------
+        lost : (R,) array of bool
+            Those.
+        """
+        untouched = t - self.touched > options.lost_s
+        unseen = t - self.seen > max(options.merged_s, options.lost_s)
+        return np.asarray(untouched | unseen)
+
+
+def birth_order(uv: FloatArray, middle: FloatArray) -> IntArray:
+    """Order that neither the order of the rows nor a turn of the image changes.
+
+    Parameters
+    ----------
+    uv : (N, 2) array [px]
+        Sightings that become candidates.
+    middle : (2,) array [px]
+        Of all sightings.
+
+    Returns
+    -------
+    order : (N,) array of int
+        By the distance from the middle.
+    """
+    aside = np.linalg.norm(uv - middle, axis=1)
+    return np.lexsort((uv[:, 1], uv[:, 0], np.round(aside, 6)))

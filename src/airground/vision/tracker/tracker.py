@@ -20,7 +20,7 @@ from airground.vision.tracker.options import TrackerOptions
 from airground.vision.tracker.pairs import find_pairs
 from airground.vision.tracker.rejoining import find_returned
 from airground.vision.tracker.report import report
-from airground.vision.tracker.roster import Roster
+from airground.vision.tracker.roster import Roster, birth_order
 
 if TYPE_CHECKING:
     from airground.calibration.recordings import IntArray
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 __all__ = ["Tracker"]
 
 RECENT_S = 0.5  # memory of a track's quality [s]
-FRAME_S = 0.05  # usual time between frames, for the odds of new things only [s]
 GIVE_UP = -3.0  # odds that a candidate may lose since its first sighting, as a logarithm
 
 
@@ -64,12 +63,6 @@ class Tracker:
         Call it when a frame's `segment` grows. The next sightings may have any time.
         """
         self._clear()
-
-    @property
-    def _first_score(self) -> float:
-        """Logarithm of the odds that a sighting that belongs to nobody is of a new thing."""
-        options = self.options
-        return float(np.log(options.births_per_mpx_s * FRAME_S / options.clutter_per_mpx))
 
     def _clear(self) -> None:
         self._t: float | None = None
@@ -272,13 +265,7 @@ class Tracker:
         self._beliefs = self._beliefs.put(lost, self._beliefs.take(back))
         found = {int(serial) for serial in roster.serial[lost]}
         self._questions = [q for q in self._questions if not found & set(q.serials)]
-        for name in ("seen", "touched", "quality"):
-            column = getattr(roster, name).copy()
-            column[lost] = column[back]
-            setattr(roster, name, column)
-        roster.hits = roster.hits + np.bincount(lost, roster.hits[back], len(roster)).astype(
-            np.intp
-        )
+        roster.adopt(lost, back)
         met[lost] = 1 - (1 - met[lost]) * (1 - doubt)
         roster.swap = 1 - (1 - roster.swap) * (1 - met)
         self._partner[lost], self._host[lost] = self._partner[back], -1
@@ -288,13 +275,9 @@ class Tracker:
 
     def _end(self, t: float) -> None:
         """Forget tracks that are lost, and candidates that are nothing."""
-        roster, options = self._roster, self.options
-        first = self._first_score
-        lost = (t - roster.touched > options.lost_s) | (
-            t - roster.seen > max(options.merged_s, options.lost_s)
-        )
-        nothing = ~roster.confirmed & (roster.score < first + GIVE_UP)
-        self._drop(lost | nothing | self._naming.superseded(roster))
+        roster = self._roster
+        nothing = ~roster.confirmed & (roster.score < self.options.first_score + GIVE_UP)
+        self._drop(roster.lost(t, self.options) | nothing | self._naming.superseded(roster))
 
     def _drop(self, gone: BoolArray) -> None:
         if not gone.any():
@@ -314,12 +297,9 @@ class Tracker:
         rows = np.flatnonzero(free)
         if len(rows) == 0:
             return
-        # An order that neither the order of the rows nor a turn of the image changes.
-        uv = sightings.uv[rows]
-        aside = np.linalg.norm(uv - sightings.uv.mean(axis=0), axis=1)
-        rows = rows[np.lexsort((uv[:, 1], uv[:, 0], np.round(aside, 6)))]
+        rows = rows[birth_order(sightings.uv[rows], sightings.uv.mean(axis=0))]
         fresh = sightings.take(rows)
-        score = self._first_score + np.log(np.maximum(fresh.score, 0.01))
+        score = self.options.first_score + np.log(np.maximum(fresh.score, 0.01))
         self._roster.add(self._naming.serials(len(rows)), fresh.t, score, list(fresh.labels))
         self._beliefs = self._beliefs.join(self._model.begin(fresh.uv, fresh.covariance))
         self._looks = self._looks.join(Looks.begin(fresh))
