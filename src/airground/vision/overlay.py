@@ -189,7 +189,7 @@ class Overlay:
         width, height = frame.size_px
         grid = metric_grid(self._calibration, (0.0, 0.0, width - 1.0, height - 1.0))
         lines = [
-            (line, WHITE, 2 if axis else 1)
+            (line, AXIS if axis else GRID, 2 if axis else 1)
             for line, axis in zip(grid.lines, grid.axes, strict=True)
         ]
         horizon = inspect_calibration(self._calibration).horizon_uv
