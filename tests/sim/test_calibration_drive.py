@@ -61,13 +61,13 @@ def test_same_seed_same_recording_other_seed_another() -> None:
 
 def test_rates_targets_and_clock(rng: np.random.Generator) -> None:
     noise = DriveNoise(tracks_hz=25.0, motion_hz=10.0, time_offset_s=0.3)
-    drive = calibration_drive(WORLD, rng, duration_s=30.0, noise=noise)
+    drive = calibration_drive(WORLD, rng, duration_s=45.0, noise=noise)
     assert drive.tracks.targets == ("robot", "cart")
     assert drive.motion.targets == ("robot",)
     robot = drive.tracks.t[drive.tracks.rows("robot")]
-    assert len(robot) == 751  # every frame, so it was always seen
+    assert len(robot) == 1126  # every frame, so it was always seen
     assert_allclose(np.diff(robot), 0.04)
-    assert_allclose(drive.motion.t[[0, -1]], [0.3, 30.3])
+    assert_allclose(drive.motion.t[[0, -1]], [0.3, 45.3])
     assert_allclose(np.diff(drive.motion.t), 0.1)
 
 

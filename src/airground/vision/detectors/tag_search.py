@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import cv2
@@ -21,6 +23,8 @@ LEAST_STEP = 12.0  # grey levels, across its border
 MOST_LOOKS = 12  # in one search
 ENLARGE = 4
 LARGE_PX = 45.0  # side from which a tag is looked for in the image of half the size, too
+OVERLAP_PX = 96  # of the parts of an image: a tag of LARGE_PX lies within one whatever its turn
+LEAST_PART_PX = 160  # side of a part without its overlap
 
 # Windows of the local threshold [px]: from, to, step. One must be wider than the black of a tag.
 SMALL_WINDOWS = (5, 21, 16)
@@ -88,6 +92,56 @@ class TagSearch:
             found += self._from_afar(part, found)
         return [Candidate(family, number, quad + (left, top)) for family, number, quad in found]
 
+    def parts(self, shape: tuple[int, ...], most: int) -> int:
+        """How many parts `find_part` makes of an image.
+
+        Parameters
+        ----------
+        shape : tuple of int
+            Of the image: height and width.
+        most : int
+            No more than so many.
+
+        Returns
+        -------
+        count : int
+            1 where the image is too small to be worth a division.
+        """
+        tiles = _tiles(shape, most - 1)
+        return len(tiles) + 1 if len(tiles) > 1 else 1
+
+    def find_part(self, grey: ImageArray, which: int, most: int) -> list[Candidate]:
+        """Find and decode tags in a part of an image; all parts together are about as good as `find`.
+
+        The last part is the whole image at half the size, for large tags; the others are windows that overlap, on
+        other sides the second time round, so that no place is at an edge twice.
+
+        Parameters
+        ----------
+        grey : (H, W) array
+            The image.
+        which : int
+            From 0 to twice `parts`; then they come again.
+        most : int
+            As for `parts`.
+
+        Returns
+        -------
+        candidates : list of Candidate
+            As of `find`.
+        """
+        count = self.parts(grey.shape, most)
+        if count == 1:
+            return self.find(grey)
+        again, which = divmod(which, count)
+        if which == count - 1:
+            return [Candidate(*found) for found in self._from_afar(grey, [])]
+        left, top, right, bottom = _tiles(grey.shape, most - 1, before=bool(again % 2))[which]
+        part = np.ascontiguousarray(grey[top:bottom, left:right])
+        found, rejected = self._decode(part, self._least_side_px, SMALL_WINDOWS)
+        found += self._closer_look(part, rejected)
+        return [Candidate(family, number, quad + (left, top)) for family, number, quad in found]
+
     def _decode(
         self, part: ImageArray, least_side_px: float, windows: tuple[int, int, int]
     ) -> tuple[list[tuple[TagFamily, int, FloatArray]], list[FloatArray]]:
@@ -130,8 +184,8 @@ class TagSearch:
         limit = np.array(part.shape[::-1]) - 1
         inside = np.clip(np.rint(middle + 0.9 * (edges - middle)), 0, limit).astype(np.intp)
         outside = np.clip(np.rint(middle + 1.25 * (edges - middle)), 0, limit).astype(np.intp)
-        levels = part.astype(np.int16)
-        step = levels[outside[..., 1], outside[..., 0]] - levels[inside[..., 1], inside[..., 0]]
+        bright, dark = part[outside[..., 1], outside[..., 0]], part[inside[..., 1], inside[..., 0]]
+        step = bright.astype(np.int16) - dark
         # Dark within white, or the white sheet that the tag is printed on.
         step = np.abs(step.mean(axis=1))
         rows = np.flatnonzero((sides < SMALL_PX) & (step > LEAST_STEP))
@@ -166,3 +220,35 @@ class TagSearch:
             ):
                 found.append((family, number, corners))
         return found
+
+
+@lru_cache(maxsize=8)  # asked for in every frame
+def _tiles(
+    shape: tuple[int, ...], most: int, *, before: bool = False
+) -> tuple[tuple[int, int, int, int], ...]:
+    """Windows of about one size that cover an image; of all grids of so many the one with the smallest windows.
+
+    They overlap to the right and downwards, or, if `before`, to the left and upwards.
+    """
+    height, width = shape[:2]
+    grids = [
+        (columns, rows)
+        for columns in range(1, max(min(most, width // LEAST_PART_PX), 1) + 1)
+        for rows in range(1, max(min(most // columns, height // LEAST_PART_PX), 1) + 1)
+    ]
+    columns, rows = min(
+        grids, key=lambda grid: (width / grid[0] + OVERLAP_PX) * (height / grid[1] + OVERLAP_PX)
+    )
+    u = np.linspace(0, width, columns + 1).astype(int).tolist()
+    v = np.linspace(0, height, rows + 1).astype(int).tolist()
+    less, more = (OVERLAP_PX, 0) if before else (0, OVERLAP_PX)
+    return tuple(
+        (
+            max(left - less, 0),
+            max(top - less, 0),
+            min(right + more, width),
+            min(bottom + more, height),
+        )
+        for top, bottom in pairwise(v)
+        for left, right in pairwise(u)
+    )

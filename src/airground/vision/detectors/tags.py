@@ -74,7 +74,8 @@ class TagDetector:
     least_correlation : float
         Between the image and the printed pattern; what is below is not a tag.
     rescan_frames : int
-        How often to search the whole frame for new tags while others are in view; 1 is every frame.
+        Within how many frames the whole frame is searched once for new tags while others are in view, a part in each,
+        so that no frame takes much longer than the others; 1 is all of it in every frame.
     """
 
     def __init__(
@@ -101,6 +102,7 @@ class TagDetector:
         self._segment = 0
         self._since_scan = 0
         self._wait = rescan_frames
+        self._part = 0
 
     def detect(self, frame: Frame) -> Sightings:
         """Find the tags in a frame.
@@ -123,16 +125,26 @@ class TagDetector:
         self._since_scan += 1
         if len(tags) < len(self._known):
             self._wait = 1  # something was lost: search now, then ever less often
-        if not tags or self._since_scan >= self._wait:
-            everywhere = [
-                found for found in self._search.find(grey) if not any(_same(found, t) for t in tags)
-            ]
-            tags = _distinct(tags + self._accept(grey, everywhere, dt), self._least_side_px)
-            self._since_scan = 0
-            self._wait = min(2 * self._wait, self._rescan)
+        new = [
+            found for found in self._look(grey, not tags) if not any(_same(found, t) for t in tags)
+        ]
+        if new:
+            tags = _distinct(tags + self._accept(grey, new, dt), self._least_side_px)
         tags.sort(key=lambda tag: (self.families.index(tag.family), tag.number, *tag.corners[0]))
         self._known, self._t, self._segment = tags, frame.t, frame.segment
         return self._sightings(frame.t, tags)
+
+    def _look(self, grey: ImageArray, blind: bool) -> list[Candidate]:
+        """Candidates from the whole frame where nothing is known or something was lost, else from a part of it."""
+        count = self._search.parts(grey.shape, self._rescan)
+        if blind or (self._since_scan >= self._wait and (count == 1 or self._wait < self._rescan)):
+            self._since_scan = 0
+            self._wait = min(2 * self._wait, self._rescan)
+            return self._search.find(grey)
+        if count == 1 or self._wait < self._rescan:
+            return []
+        self._part = (self._part + 1) % (2 * count)
+        return self._search.find_part(grey, self._part, self._rescan)
 
     def _follow(self, grey: ImageArray, dt: float) -> list[_Tag]:
         """Known tags where they ought to be, or else nearby."""
