@@ -71,6 +71,7 @@ bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/moving.py images
 	$(BIN)/python benchmarks/moving.py rendered
 	$(BIN)/python benchmarks/render.py
+	$(BIN)/python benchmarks/eyes.py
 
 docs: $(VENV)/made-test
 	$(BIN)/python docs/refresh.py
