@@ -123,6 +123,23 @@ class LimitedHomography:
         """
         return velocity.velocity_jacobian(self.g, uv)
 
+    def jacobian_rate(self, uv: ArrayLike, uv_dot: ArrayLike) -> FloatArray:
+        """Rate of the Jacobian along a motion in the image.
+
+        Parameters
+        ----------
+        uv : (..., 2) array_like [px]
+            Image points.
+        uv_dot : (..., 2) array_like [px/s]
+            Their velocities.
+
+        Returns
+        -------
+        J_dot : (..., 2, 2) array [px/m/s]
+            ``uv_ddot = J @ xy_ddot + J_dot @ xy_dot``.
+        """
+        return velocity.velocity_jacobian_rate(self.g, uv, uv_dot)
+
     def pixels_per_metre(self, uv: ArrayLike) -> FloatArray:
         """Give the smallest and the largest scale over all headings.
 

@@ -29,6 +29,7 @@ __all__ = [
     "image_velocity_gradient",
     "nearness",
     "velocity_jacobian",
+    "velocity_jacobian_rate",
 ]
 
 
@@ -90,6 +91,32 @@ def velocity_jacobian(g: FloatArray, uv: ArrayLike) -> FloatArray:
     """
     uv = points(uv, "uv")
     return np.asarray(nearness(g, uv)[..., None, None] * _reduced(g, uv))
+
+
+def velocity_jacobian_rate(g: FloatArray, uv: ArrayLike, uv_dot: ArrayLike) -> FloatArray:
+    """Rate of `velocity_jacobian` along a motion in the image.
+
+    Parameters
+    ----------
+    g : (..., 3, 2) array
+        Limited homography, scaled as in eq. 21.
+    uv : (..., 2) array_like [px]
+        Image points.
+    uv_dot : (..., 2) array_like [px/s]
+        Their velocities.
+
+    Returns
+    -------
+    J_dot : (..., 2, 2) array [px/m/s]
+        ``uv_ddot = J @ xy_ddot + J_dot @ xy_dot``.
+    """
+    uv, uv_dot = points(uv, "uv"), points(uv_dot, "uv_dot")
+    n = horizon_line(g)
+    nc_dot = uv_dot[..., 0] * n[..., 0] + uv_dot[..., 1] * n[..., 1]
+    turning = uv_dot[..., :, None] * g[..., 2:, :]  # c' b
+    return np.asarray(
+        nc_dot[..., None, None] * _reduced(g, uv) - nearness(g, uv)[..., None, None] * turning
+    )
 
 
 def image_velocity(g: FloatArray, uv: ArrayLike, xy_dot: ArrayLike) -> FloatArray:

@@ -1,0 +1,185 @@
+"""The ground as a robot drives on it, seen through g: metres, headings and pixels, quickly, one point or many.
+
+With n = G1 x G2 and the origin c_0, ``G = [G1 G2 c_0 / (n.c_0)]`` rectifies the image up to nothing: distances,
+curvatures and headings are those of the ground. A straight line in the image is straight on the ground, and the
+direction of ``J(c)^-1 (goal - c)`` is exactly that from c to the goal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airground.geometry.arrays import FloatArray, readonly
+from airground.geometry.limited import LimitedHomography
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["Floor"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Floor:
+    """Metric coordinates on the ground, with the origin at a point of the image.
+
+    All pixels are those of the model: undistorted, where the camera has a lens. Points are not checked, as this runs
+    in a control loop: what is on or beyond the horizon, or NaN, comes out as NaN.
+    """
+
+    model: LimitedHomography
+    """The relation between image and ground."""
+
+    origin_uv: FloatArray
+    """(2,) [px]. Image of the ground's origin, a point of the visible ground."""
+
+    image_from_ground: FloatArray = field(init=False, repr=False)
+    """(3, 3). Full homography for that origin, determinant one."""
+
+    ground_from_image: FloatArray = field(init=False, repr=False)
+    """(3, 3). Its inverse."""
+
+    side: float = field(init=False, repr=False)
+    """Sign of n.c on visible ground: -1 where the ground frame is right-handed, seen from above."""
+
+    _rows: tuple[tuple[float, ...], ...] = field(init=False, repr=False)
+    """Rows of g, then the horizon, as plain numbers: NumPy is slow on two of them."""
+
+    def __post_init__(self) -> None:
+        origin = readonly(self.origin_uv, (2,), "origin_uv")
+        G = readonly(self.model.image_from_ground(origin), (3, 3), "image_from_ground")
+        H = readonly(np.linalg.inv(G), (3, 3), "ground_from_image")
+        object.__setattr__(self, "origin_uv", origin)
+        object.__setattr__(self, "image_from_ground", G)
+        object.__setattr__(self, "ground_from_image", H)
+        rows = (*self.model.g.tolist(), self.model.horizon.tolist())
+        object.__setattr__(self, "_rows", tuple(map(tuple, rows)))
+        object.__setattr__(self, "side", float(np.sign(G[2, 2])))
+
+    @property
+    def clockwise(self) -> bool:
+        """Whether headings count clockwise, seen from above: the ground frame is left-handed (north, east)."""
+        return self.side > 0
+
+    def position(self, uv: ArrayLike) -> FloatArray:
+        """Where on the ground image points are.
+
+        Parameters
+        ----------
+        uv : (..., 2) array_like [px]
+            Image points.
+
+        Returns
+        -------
+        xy : (..., 2) array [m]
+            Ground points; NaN for what is not visible ground.
+        """
+        return self._mapped(self.ground_from_image, np.asarray(uv, dtype=np.float64))
+
+    def pixel(self, xy: ArrayLike) -> FloatArray:
+        """Where in the image ground points are.
+
+        Parameters
+        ----------
+        xy : (..., 2) array_like [m]
+            Ground points.
+
+        Returns
+        -------
+        uv : (..., 2) array [px]
+            Image points; NaN for ground behind the camera.
+        """
+        return self._mapped(self.image_from_ground, np.asarray(xy, dtype=np.float64))
+
+    def _mapped(self, matrix: FloatArray, points: FloatArray) -> FloatArray:
+        if points.shape == (2,):  # one point in plain numbers: a fifth of the time
+            (a, b, c), (d, e, f), (h, k, m) = matrix.tolist()
+            x, y = points.tolist()
+            z = h * x + k * y + m
+            if not z * self.side > 0:
+                return np.array([np.nan, np.nan])
+            return np.array([(a * x + b * y + c) / z, (d * x + e * y + f) / z])
+        w = points @ matrix[:, :2].T + matrix[:, 2]
+        depth = w[..., 2:] * self.side  # of either map: G3 ends in 1 / (n.c_0), H in n.c
+        return np.asarray(w[..., :2] / np.where(depth > 0, w[..., 2:], np.nan))
+
+    def displaced(self, uv: ArrayLike, xy: ArrayLike) -> FloatArray:
+        """Image of what is a displacement on the ground away from an image point: c~ / (n.c) + g xy.
+
+        Parameters
+        ----------
+        uv : (..., 2) array_like [px]
+            Image points.
+        xy : (..., 2) array_like [m]
+            Displacements.
+
+        Returns
+        -------
+        uv : (..., 2) array [px]
+            Image points; NaN for ground behind the camera.
+        """
+        return self.pixel(self.position(uv) + np.asarray(xy, dtype=np.float64))
+
+    def distance(self, a_uv: ArrayLike, b_uv: ArrayLike) -> FloatArray:
+        """Distance on the ground between image points.
+
+        Parameters
+        ----------
+        a_uv, b_uv : (..., 2) array_like [px]
+            Image points; leading axes broadcast.
+
+        Returns
+        -------
+        distance : (...) array [m]
+            NaN where one is not visible ground.
+        """
+        step = self.position(a_uv) - self.position(b_uv)
+        return np.asarray(np.hypot(step[..., 0], step[..., 1]))
+
+    def jacobian(self, uv: FloatArray) -> FloatArray:
+        """J of eq. 15 at one point: ``uv_dot = J @ xy_dot``.
+
+        Parameters
+        ----------
+        uv : (2,) array [px]
+            Image point.
+
+        Returns
+        -------
+        J : (2, 2) array [px/m]
+            ``(n.c) (A - c b)``, singular on the horizon; like `LimitedHomography.jacobian`, without its checks.
+        """
+        u, v = float(uv[0]), float(uv[1])
+        (a, b), (c, d), (e, f), (n0, n1, n2) = self._rows
+        nc = n0 * u + n1 * v + n2
+        return np.array(
+            [[nc * (a - u * e), nc * (b - u * f)], [nc * (c - v * e), nc * (d - v * f)]]
+        )
+
+    def jacobian_rate(self, uv: FloatArray, uv_dot: FloatArray) -> FloatArray:
+        """Rate of J along a motion of one point: ``uv_ddot = J @ xy_ddot + J_dot @ xy_dot``.
+
+        Parameters
+        ----------
+        uv : (2,) array [px]
+            Image point.
+        uv_dot : (2,) array [px/s]
+            Its velocity.
+
+        Returns
+        -------
+        J_dot : (2, 2) array [px/m/s]
+            ``(n.c') (A - c b) - (n.c) c' b``.
+        """
+        u, v = float(uv[0]), float(uv[1])
+        u_dot, v_dot = float(uv_dot[0]), float(uv_dot[1])
+        (a, b), (c, d), (e, f), (n0, n1, n2) = self._rows
+        nc, rate = n0 * u + n1 * v + n2, n0 * u_dot + n1 * v_dot
+        return np.array(
+            [
+                [rate * (a - u * e) - nc * u_dot * e, rate * (b - u * f) - nc * u_dot * f],
+                [rate * (c - v * e) - nc * v_dot * e, rate * (d - v * f) - nc * v_dot * f],
+            ]
+        )
