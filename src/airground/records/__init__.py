@@ -1,6 +1,7 @@
 """Files: recordings and calibrations; read strictly, written whole or not at all."""
 
 from airground.records.atomic import replacing, write_bytes, write_text
+from airground.records.path_files import DrawnPath, read_path, write_path
 from airground.records.recordings_files import read_motion, read_tracks
 from airground.records.recordings_writers import (
     write_motion,
@@ -10,11 +11,14 @@ from airground.records.recordings_writers import (
 )
 
 __all__ = [
+    "DrawnPath",
     "read_motion",
+    "read_path",
     "read_tracks",
     "replacing",
     "write_bytes",
     "write_motion",
+    "write_path",
     "write_smoothed",
     "write_speeds",
     "write_text",
