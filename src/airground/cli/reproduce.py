@@ -17,7 +17,8 @@ __all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "run"]
 
 NAME = "reproduce"
 MAX_TRIALS = 10_000_000
-NAMES = ("table1", "fig4", "fig5")  # of the items, without loading what runs them; a test compares
+# Names of the items, without loading what runs them; a test compares.
+NAMES = ("table1", "fig4", "fig5", "fig8", "fig9", "fig10", "fig11")
 SUMMARY = "run the paper's experiments: tables and figures, paper beside ours"
 EXAMPLE = """\
   airground reproduce table1 fig4 fig5 --trials 100 --out out/paper

@@ -15,7 +15,13 @@ if TYPE_CHECKING:
 
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["draw_goals", "draw_ground_path", "draw_image_path", "draw_velocities"]
+__all__ = [
+    "draw_demo_drive",
+    "draw_goals",
+    "draw_ground_path",
+    "draw_image_path",
+    "draw_velocities",
+]
 
 WANTED, DRIVEN, CALIBRATION = PALETTE[1], PALETTE[0], SOFT
 
@@ -160,6 +166,64 @@ def draw_goals(
     ax.plot(*driven[0], "+", color=INK, markersize=14, markeredgewidth=1.6)
     _image_axes(ax, size_px, title)
     ax.legend(loc="best", fontsize=9, frameon=False)
+    save_png(figure, path)
+
+
+def draw_demo_drive(
+    path: Path,
+    *,
+    size_px: tuple[int, int],
+    sketch: FloatArray,
+    path_uv: FloatArray,
+    along: FloatArray,
+    before: FloatArray,
+    goals: FloatArray,
+    to_goals: FloatArray,
+    planned: tuple[FloatArray, FloatArray],
+    speed: tuple[FloatArray, FloatArray],
+) -> None:
+    """Draw the demo's drive in the image, and the speed along the path over time.
+
+    Parameters
+    ----------
+    path : Path
+        PNG to write.
+    size_px : (int, int) [px]
+        Width and height of the image.
+    sketch : (N, 2) array [px]
+        As drawn by hand.
+    path_uv : (P, 2) array [px]
+        What became of it.
+    along : (M, 2) array [px]
+        Where the robot was while following it.
+    before : (L, 2) array [px]
+        Where it was on its way there.
+    goals : (K, 2) array [px]
+        What was clicked, in order.
+    to_goals : (J, 2) array [px]
+        Where it was on its way to those.
+    planned : ((P,) array, (P,) array) [s, m/s]
+        When each point of the path is to be passed, and how fast.
+    speed : ((M,) array, (M,) array) [s, m/s]
+        Times since the path's start, and true speeds.
+    """
+    figure = new_figure(11.0, 4.4)
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    left.plot(*sketch.T, ".", color=PALETTE[4], markersize=4, label="sketch")
+    left.plot(*path_uv.T, "--", color=WANTED, linewidth=1.4, label="path")
+    left.plot(*along.T, color=DRIVEN, linewidth=1.6, label="driven")
+    for way in (before, to_goals):
+        left.plot(*way.T, ":", color=SOFT, linewidth=1.2)
+    left.plot(
+        *goals.T, "o", markerfacecolor="none", markeredgecolor=WANTED, markersize=10, label="goals"
+    )
+    _image_axes(left, size_px, "in the image")
+    left.legend(loc="lower left", fontsize=9, frameon=False)
+    right.plot(*planned, "--", color=WANTED, linewidth=1.4, label="planned")
+    right.plot(*speed, color=DRIVEN, linewidth=1.4, label="true")
+    dress(right, title="ground speed along the path", xlabel="t [s]", ylabel="v [m/s]")
+    right.set_ylim(bottom=0.0)
+    right.legend(loc="lower center", fontsize=9, frameon=False)
     save_png(figure, path)
 
 

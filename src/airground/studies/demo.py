@@ -1,4 +1,4 @@
-"""The main job, end to end, in the embedded world: film, track, calibrate, measure, report.
+"""The main job, end to end, in the embedded world: film, track, calibrate, measure, drive, report.
 
 What is estimated comes from rendered images and the robot's odometry alone. The world's truth is only compared with.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from airground.sim import (
     demo_scene,
     demo_world,
 )
+from airground.studies.demo_drive import DemoDrive, demo_drive
 from airground.studies.film import film, watch
 from airground.studies.report import write_report
 
@@ -84,10 +85,13 @@ class Demo:
     cart_covered: float
     """Share of the cart's speeds whose stated 95 % interval holds the truth."""
 
+    driven: DemoDrive
+    """The sketch that was followed with it, and the goals that were driven to."""
+
     elapsed_s: float
     """Time it took [s]."""
 
-    def document(self) -> dict[str, float]:
+    def document(self) -> dict[str, Any]:
         """Give the JSON object of the demo.
 
         Returns
@@ -107,6 +111,20 @@ class Demo:
             "cart_speed_true_mps": float(np.linalg.norm(self.drive.cart_xy_dot)),
             "cart_rms_mps": self.cart_rms_mps,
             "cart_covered": self.cart_covered,
+            "path_rms_px": self.driven.path_rms_px,
+            "path_rms_m": self.driven.path_rms_m,
+            "oracle_path_rms_m": self.driven.oracle_path_rms_m,
+            "goals": [
+                {
+                    "u_px": float(goal.uv[0]),
+                    "v_px": float(goal.uv[1]),
+                    "reached": goal.reached,
+                    "goal_error_px": goal.error_px,
+                    "goal_error_m": goal.error_m,
+                }
+                for goal in self.driven.goals
+            ],
+            "stops": self.driven.stops,
             "elapsed_s": self.elapsed_s,
         }
 
@@ -181,6 +199,9 @@ def run_demo(
         xy_dot=speeds.xy_dot,
         speed_sigma=speeds.speed_sigma,
     )
+    driven = demo_drive(
+        calibration, out, seed=seed, clock_offset_s=CLOCKS_APART_S, names=names, say=say
+    )
     cart = speeds.target_index == speeds.targets.index(drive.cart)
     off = speeds.speed[cart] - float(np.linalg.norm(drive.cart_xy_dot))
     height = float(scene.body(world.robot).reference[2])
@@ -199,6 +220,7 @@ def run_demo(
         cart_speed_mps=float(speeds.speed[cart].mean()),
         cart_rms_mps=float(np.sqrt(np.mean(off**2))),
         cart_covered=float(np.mean(np.abs(off) < SURE * speeds.speed_sigma[cart])),
+        driven=driven,
         elapsed_s=0.0,
     )
     film(

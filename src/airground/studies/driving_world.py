@@ -12,9 +12,9 @@ import numpy as np
 
 from airground.calibration.lens_uncertainty import joint_covariance
 from airground.errors import InputError
-from airground.geometry import DivisionLens, LimitedHomography, align_rotation, velocity_map_error
+from airground.geometry import LimitedHomography, align_rotation, velocity_map_error
 from airground.geometry.arrays import FloatArray, readonly
-from airground.sim import Scene, SimCamera, demo_scene, demo_world
+from airground.sim import Lens, Scene, SimCamera, demo_scene, demo_world
 
 if TYPE_CHECKING:
     from airground.calibration import Calibration
@@ -31,13 +31,13 @@ ACROSS_S = 12.0  # a robot crosses the region of the calibration in about so lon
 class DrivingWorld:
     """Camera, ground and where the robot starts: the truth."""
 
-    name: Literal["demo", "calibration"]
+    name: Literal["demo", "calibration", "paper"]
     """Which one."""
 
     camera: SimCamera
     """Of the plane in which the robot's mark moves, without the lens."""
 
-    lens: DivisionLens | None
+    lens: Lens | None
     """Takes raw pixels to those of `camera`."""
 
     ground_uv: FloatArray
@@ -120,6 +120,8 @@ def demo_driving_world(seed: int = 0, *, clock_offset_s: float = 0.0) -> Driving
     """
     world = demo_world()
     scene = demo_scene(seed, world=world)
+    cart = world.cart.target
+    scene = replace(scene, bodies=tuple(body for body in scene.bodies if body.name != cart))
     height = float(scene.body(world.robot).reference[2])
     camera = scene.plane(height)
     return DrivingWorld(
@@ -164,9 +166,10 @@ def world_of_calibration(calibration: Calibration, rng: np.random.Generator) -> 
     unit = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, vectors = np.linalg.eigh(covariance / unit[:, None] / unit)
     draw = unit * (vectors @ (np.sqrt(np.maximum(values, 0.0)) * rng.normal(size=len(unit))))
-    lens = c.lens
-    if lens is not None and len(draw) > 6:
-        lens = DivisionLens(lens.k1 + float(draw[6]), lens.center)
+    lens = None
+    if c.lens is not None:
+        k1 = c.lens.k1 + (float(draw[6]) if len(draw) > 6 else 0.0)
+        lens = Lens(k1, (float(c.lens.center[0]), float(c.lens.center[1])))
     middle, size = _region(c)
     ground_uv = middle if lens is None else lens.undistort(middle)
     try:
@@ -189,9 +192,7 @@ def world_of_calibration(calibration: Calibration, rng: np.random.Generator) -> 
     )
 
 
-def world_for(
-    calibration: Calibration, *, seed: int, clock_offset_s: float = 0.0
-) -> tuple[DrivingWorld, str]:
+def world_for(calibration: Calibration, *, seed: int) -> tuple[DrivingWorld, str]:
     """Choose the world to drive in.
 
     Parameters
@@ -199,9 +200,7 @@ def world_for(
     calibration : Calibration
         To drive with.
     seed : int
-        Of the floor, or of the truth that is drawn.
-    clock_offset_s : float [s]
-        Of the robot's clock, in the demo's world.
+        Of the floor, and of the truth that is drawn.
 
     Returns
     -------
@@ -210,7 +209,9 @@ def world_for(
     why : str
         Which one and why, in one line.
     """
-    demo = demo_driving_world(seed, clock_offset_s=clock_offset_s)
+    rng = np.random.default_rng([seed, 0x57])
+    clock = calibration.time_offset_s + calibration.time_offset_sigma_s * float(rng.normal())
+    demo = demo_driving_world(seed, clock_offset_s=clock)
     aligned, angle = align_rotation(demo.camera.g, calibration.model)
     low, high = (share * np.array(demo.camera.image_size_px) for share in (0.35, 0.85))  # floor
     grid = np.stack(np.meshgrid(*np.linspace(low, high, 4).T), axis=-1)
@@ -219,9 +220,8 @@ def world_for(
         # A small angle is an error of the estimate; a large one is another zero of the compass.
         bias = angle if abs(angle) > SAME else 0.0
         return replace(demo, compass_bias_rad=bias), "the demo's warehouse"
-    rng = np.random.default_rng([seed, 0x57])
     return (
-        world_of_calibration(calibration, rng),
+        replace(world_of_calibration(calibration, rng), clock_offset_s=clock),
         "a world drawn from the calibration and its uncertainty, as it is not one of the demo's camera",
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from airground._version import __version__
 from airground.pictures.demo import draw_ground, draw_overview, draw_speeds
+from airground.pictures.driving import draw_demo_drive
 from airground.pictures.inspection import draw_inspection
 from airground.records import replacing, write_text
 from airground.studies.film import mark_positions
@@ -75,6 +76,12 @@ moved onto the truth's; nothing was turned or stretched.</p>
 <h2>Everybody's speed, with an error bar</h2>
 <p>The cart carries nothing and says nothing: its speed comes from its image and the calibration. Bands hold 95 %.</p>
 <img alt="Measured speeds of robot and cart with 95 per cent bands" src="{speeds}">
+<h2>And now it is a joystick</h2>
+<p>A line sketched by hand in the image became a path with a speed in m/s, orange where the robot has to be slow, and
+the robot followed it; then it was sent to three pixels. It is steered by what the camera sees, 100 ms late, its compass
+and its odometer: nothing else. The film is <a href="drive.mp4">drive.mp4</a>.</p>
+<img alt="A frame of the drive: the sketched path, coloured by its speed, goals, and the robot" src="{driveframe}">
+<img alt="Sketch, released path and where the robot drove, and its speed" src="{drive}">
 </body>
 </html>
 """
@@ -106,14 +113,30 @@ def write_report(out: Path, demo: Demo) -> None:
         draw_overview(
             temporary, demo.calibration, demo.inspection, demo.tracks, demo.speeds, truth=truth
         )
+    driven = demo.driven
+    with replacing(out / "drive.png") as temporary:
+        draw_demo_drive(
+            temporary,
+            size_px=demo.scene.image_size_px,
+            sketch=driven.sketch_uv,
+            path_uv=demo.calibration.distort(driven.path.uv),
+            along=driven.along.uv,
+            before=driven.to_start.uv,
+            goals=np.stack([goal.uv for goal in driven.goals]),
+            to_goals=np.concatenate([d.uv for d in driven.goal_drives]),
+            planned=(driven.path.time, driven.path.speed),
+            speed=(driven.along.t - driven.along.t[0], driven.along.v),
+        )
     rows = "\n".join(
         f'<tr><td>{escape(what)}</td><td class="number">{escape(found)}</td>'
         f'<td class="number">{escape(true)}</td><td class="soft">{escape(remark)}</td></tr>'
         for what, found, true, remark in figure_rows(demo)
     )
     pictures = {
-        name: _inline(out / f"{name}.png") for name in ("frame", "view", "ground", "speeds")
+        name: _inline(out / f"{name}.png")
+        for name in ("frame", "view", "ground", "speeds", "drive")
     }
+    pictures["driveframe"] = _inline(out / "drive-frame.png")
     write_text(out / "report.html", PAGE.format(version=escape(__version__), rows=rows, **pictures))
 
 
@@ -181,6 +204,22 @@ def figure_rows(demo: Demo) -> list[tuple[str, str, str, str]]:
                 f"stated deviation {estimate.focal_length_sigma_px:.0f} px",
             ),
         ]
+    goals, oracle = demo.driven.goals, demo.driven.oracle_path_rms_m
+    rows += [
+        (
+            "distance from the sketched path",
+            f"{1000 * demo.driven.path_rms_m:.1f} mm rms",
+            "0",
+            "" if oracle is None else f"{1000 * oracle:.1f} mm for who knows the true g",
+        ),
+        (
+            "distance from the clicked goals",
+            f"{1000 * max(goal.error_m for goal in goals):.1f} mm at most",
+            "0",
+            f"{max(goal.error_px for goal in goals):.1f} px at most; {sum(g.reached for g in goals)} of "
+            f"{len(goals)} reached, {demo.driven.stops} stops for safety",
+        ),
+    ]
     rows.append(("sightings used", f"{c.fit.sightings}", "", f"residual {c.fit.rms_px:.2f} px"))
     return rows
 

@@ -1,0 +1,98 @@
+"""Filter, controller and safety as one step: what is sent is what the filter is told, and a stop holds progress."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from airground.control import STOP, Floor, Guidance, Limits, RobotState, VelocityCommand
+from airground.control.pilot import Pilot
+from airground.control.safety import SafetyLayer
+from airground.control.safety_types import StopReason
+from airground.control.state_filter import StateFilter
+from airground.control.state_filter_options import StateOptions
+from airground.geometry import LimitedHomography
+from airground.sim import demo_world
+
+CAMERA = demo_world().camera
+DT = 0.025
+
+
+class Forward:
+    """Drives on for ever, and counts its steps in its progress."""
+
+    def step(self, state: RobotState, progress: float, dt: float) -> Guidance:  # noqa: ARG002
+        command = VelocityCommand(0.2, 0.0)
+        return Guidance(command, progress + 1, False, 0.0, 0.0, state.uv)
+
+
+@pytest.fixture
+def pilot() -> Pilot:
+    floor = Floor(LimitedHomography(CAMERA.g), np.array([640.0, 400.0]))
+    options = StateOptions(actuation_delay_s=0.05)
+    return Pilot(StateFilter(floor, options), SafetyLayer(floor, Limits(), None))
+
+
+def run(
+    pilot: Pilot, first: int, last: int, *, seen: bool = True, stop: bool = False
+) -> list[float]:
+    """Ticks of a robot that stands and is seen; the speeds that were sent."""
+    sent = []
+    for k in range(first, last):
+        t = k * DT
+        if seen:
+            pilot.state_filter.see(t - 0.02, CAMERA.project(np.array([0.0, 4.0])))
+            pilot.state_filter.read(t - 0.02, heading=0.0, speed=0.0, turn_rate=0.0)
+        tick = pilot.tick(t, DT, frame_t=t - 0.02 if seen else None, stop=stop)
+        sent.append(tick.sent.command.v)
+    return sent
+
+
+def test_it_starts_when_it_knows_where_the_robot_is(pilot: Pilot) -> None:
+    assert pilot.tick(0.0, DT).sent.stop is not None  # nothing seen yet
+    pilot.assign(Forward())
+    sent = run(pilot, 1, 40)
+    assert sent[0] == 0
+    assert max(sent) == pytest.approx(0.2)
+    assert np.diff(sent).max() <= 0.5 * DT + 1e-9  # the limits' acceleration
+
+
+def test_without_an_order_it_stands(pilot: Pilot) -> None:
+    assert set(run(pilot, 0, 40)) == {0.0}
+    pilot.assign(Forward())
+    run(pilot, 40, 80)
+    pilot.assign(None)
+    assert run(pilot, 80, 120)[-1] == 0.0
+
+
+def test_a_lost_robot_is_stopped_and_its_progress_held(pilot: Pilot) -> None:
+    pilot.assign(Forward())
+    run(pilot, 0, 40)
+    lost = run(pilot, 40, 70, seen=False)  # 0.75 s; the track may be 0.5 s old
+    assert lost[-1] == 0.0
+    held = pilot.progress
+    run(pilot, 70, 75, seen=False)
+    assert pilot.progress == held
+    assert any(stop.reason is StopReason.TRACK for stop in pilot.memory.stops)
+
+
+def test_the_operators_stop_waits_for_a_release(pilot: Pilot) -> None:
+    pilot.assign(Forward())
+    run(pilot, 0, 40)
+    assert run(pilot, 40, 41, stop=True) == [0.0]  # within one tick
+    assert set(run(pilot, 41, 80)) == {0.0}
+    pilot.release()
+    assert max(run(pilot, 80, 120)) > 0.1
+
+
+def test_the_filter_knows_what_was_sent_not_what_was_wanted(pilot: Pilot) -> None:
+    told: list[VelocityCommand] = []
+
+    def sent(_: float, command: VelocityCommand) -> bool:
+        told.append(command)
+        return True
+
+    pilot.state_filter.sent = sent  # type: ignore[method-assign]
+    pilot.assign(Forward())
+    ticks = [pilot.tick(k * DT, DT) for k in range(3)]  # nothing is known: all are stops
+    assert told == [tick.sent.command for tick in ticks] == [STOP] * 3
