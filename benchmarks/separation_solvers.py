@@ -1,8 +1,8 @@
 """Which solver for the separation filter's quadratic programs: DAQP, OSQP and Clarabel on the same ones, recorded.
 
-The programs are those of crossing robots (`benchmarks/separation.py`), with hard rows. Each solver is called as a filter would
-call it, set-up included, as rows change at every step. Times are CPU seconds; cost is how far a solver's answer costs more
-than the best of the three, broken is the largest violation of a row or bound.
+The programs are those of crossing robots (`benchmarks/separation.py`), with hard rows. Each solver is called as
+a filter would call it, set-up included, as rows change at every step. Times are CPU seconds; cost is how much more a
+solver's answer costs than the best of the three, broken is the largest violation of a row or bound.
 """
 
 from __future__ import annotations
@@ -32,13 +32,14 @@ def main() -> None:
     problems: list[Problem] = []
 
     def noted(*problem: Any) -> FloatArray | None:
-        problems.append(problem)
+        if len(problem[4]):
+            problems.append(problem)
         return nearest(*problem)
 
     def with_notes(*args: Any, **options: Any) -> Any:
         return certain(*args, **options, solve=noted)
 
-    separation.certain = with_notes
+    setattr(separation, "certain", with_notes)  # noqa: B010 - it is not exported
     for seed in range(SCENES):
         scene = random_scene(seed)
         drive(scene, SeparationFilter(scene.fence), seed, 20.0)

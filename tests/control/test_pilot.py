@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from airground.control import STOP, Floor, Guidance, Limits, RobotState, VelocityCommand
-from airground.control.pilot import Pilot
+from airground.control.pilot import Links, Pilot
 from airground.control.safety import SafetyLayer
 from airground.control.safety_types import StopReason
 from airground.control.state_filter import StateFilter
@@ -43,7 +43,7 @@ def run(
         if seen:
             pilot.state_filter.see(t - 0.02, CAMERA.project(np.array([0.0, 4.0])))
             pilot.state_filter.read(t - 0.02, heading=0.0, speed=0.0, turn_rate=0.0)
-        tick = pilot.tick(t, DT, frame_t=t - 0.02 if seen else None, stop=stop)
+        tick = pilot.tick(t, DT, Links(frame_t=t - 0.02 if seen else None, stop=stop))
         sent.append(tick.sent.command.v)
     return sent
 
@@ -92,7 +92,7 @@ def test_the_filter_knows_what_was_sent_not_what_was_wanted(pilot: Pilot) -> Non
         told.append(command)
         return True
 
-    pilot.state_filter.sent = sent  # type: ignore[method-assign]
+    pilot.state_filter.sent = sent  # type: ignore[method-assign, assignment]
     pilot.assign(Forward())
     ticks = [pilot.tick(k * DT, DT) for k in range(3)]  # nothing is known: all are stops
     assert told == [tick.sent.command for tick in ticks] == [STOP] * 3

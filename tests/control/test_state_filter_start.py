@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import inf, pi
 
 import numpy as np
 import pytest
@@ -148,3 +148,24 @@ def test_the_first_belief_knows_what_hangs_together() -> None:
     both = P[2, 2] + 2 * P[2, 7] + P[7, 7]  # what the compass read
     assert both == pytest.approx(options.heading_sigma_rad**2)
     assert np.linalg.eigvalsh(P)[0] > 0
+
+
+@pytest.mark.parametrize(
+    ("stretch", "sway", "known"),
+    [(1.0, 0.0, True), (1.0, 0.05, False), (4.0, 0.0, False), (0.2, 0.0, False)],
+)
+def test_motion_that_is_not_what_the_robot_was_told_shows_no_heading(
+    stretch: float, sway: float, known: bool
+) -> None:
+    """It is told 0.2 m/s; the mark goes at another speed, or to and fro: somebody carries it."""
+    start = Start.anew(OPTIONS)
+    for k in range(40):
+        start = start.read(k * TICK, (inf, 0.2, 0.0))
+        way = np.array([stretch * start.mean[0], sway * np.sin(k)])
+        c, s = np.cos(0.8), np.sin(0.8)
+        x, y = np.array([[c, -s], [s, c]]) @ way
+        start = start.seen(k * TICK, (x, y), (2e-5, 0.0, 2e-5), OPTIONS)
+        start = start.moved([(TICK, None)], OPTIONS)
+    belief = begun(start, OPTIONS)
+    assert (belief is not None) == known
+    assert belief is None or belief.mean[2] == pytest.approx(0.8)

@@ -74,6 +74,8 @@ def test_a_spline_passes_its_points_and_rests_at_its_ends() -> None:
         assert_allclose(spline.at(t)[0], uv, atol=1e-9)
     for t in (0.0, 4.5, -1.0, 9.0):
         assert_allclose(spline.at(t)[1], 0.0, atol=1e-9)
+    for t in (1.0, 3.0):
+        assert_allclose(spline.at(t - 1e-9)[2], spline.at(t)[2], atol=1e-4)
     ring = KINDS["closed spline"]
     assert ring.duration == inf
     for there, here in zip(ring.at(7.3), ring.at(1.3), strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi, tan
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,8 +20,8 @@ from airground.errors import InputError
 speeds = st.floats(-3, 3).map(lambda x: round(x, 6))
 commands = st.builds(VelocityCommand, v=speeds, omega=speeds, lateral=speeds)
 
-DIFF = {"wheel_radius_m": 0.05, "track_width_m": 0.3}
-MECANUM = {"wheel_radius_m": 0.05, "wheelbase_m": 0.4, "track_width_m": 0.3}
+DIFF: dict[str, Any] = {"wheel_radius_m": 0.05, "track_width_m": 0.3}
+MECANUM: dict[str, Any] = {"wheel_radius_m": 0.05, "wheelbase_m": 0.4, "track_width_m": 0.3}
 
 
 def hub(command: VelocityCommand, x: float, y: float, *, clockwise: bool) -> np.ndarray:
@@ -93,7 +94,7 @@ def test_what_is_feasible_is_on_the_same_curve_and_no_wheel_too_fast(
         assert abs(can.v) <= abs(command.v)
         again = vehicle.feasible(can)
         assert (again.v, again.omega) == pytest.approx((can.v, can.omega))
-        told = vehicle.to_vehicle(can)  # type: ignore[attr-defined]
+        told = vehicle.to_vehicle(can)
         wheels = (told.left, told.right) if isinstance(told, WheelSpeeds) else told
         fastest = max(map(abs, wheels))
         assert fastest <= 10 * (1 + 1e-12)

@@ -108,7 +108,8 @@ def run(args: Namespace) -> None:
         raise InputError("--heading-deg goes with --goal; a path ends in its own direction")
     from airground.calibration import Calibration
     from airground.records import read_path
-    from airground.studies.drive import DriveOrder, drive_in_world
+    from airground.studies.drive import drive_in_world
+    from airground.studies.drive_result import DriveOrder
 
     notes = Notes()
     calibration = Calibration.load(args.calibration)

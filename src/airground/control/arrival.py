@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from airground.control.floor import Floor
     from airground.control.state import RobotState
 
 __all__ = ["Arrival"]
@@ -17,9 +16,6 @@ Grade = Literal["there", "near", "between", "away"]
 @dataclass(frozen=True, slots=True, eq=False)
 class Arrival:
     """Tolerances in the image and on the ground; both are met."""
-
-    floor: Floor
-    """What is known of image and ground."""
 
     tolerance_px: float
     """In the image [px]."""

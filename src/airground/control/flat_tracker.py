@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import atan2, cos, hypot, inf, isfinite, nan, sin
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from airground.control.command import STOP, VelocityCommand
 from airground.control.controller import Guidance, ImageTrajectory
@@ -21,9 +19,11 @@ from airground.errors import InputError
 if TYPE_CHECKING:
     from airground.control.floor import Floor
     from airground.control.state import RobotState
-    from airground.geometry.arrays import FloatArray
 
 __all__ = ["FlatTracker"]
+
+Pair = tuple[float, float]
+Motion = tuple[Pair, Pair, Pair]
 
 STILL_MPS = 0.02  # a wanted velocity below it has no direction that is worth turning to
 LEAD_S = 0.1  # of acceleration, by which the clock may run ahead of the robot
@@ -42,8 +42,8 @@ class FlatTracker:
     heading; and where w_d itself vanishes, at a stop or a cusp, there is nowhere to turn to and it does not turn.
 
     Behind a cusp it drives in reverse if it may, else it turns round there. The limits are planned for
-    (`plan_timing`): where the trajectory is too fast for them, or the robot is off it, the clock runs slower and no
-    corner is cut. At the end it is brought to the last point as by `PointToPoint`.
+    (`plan_timing`): where the trajectory is too fast for them, or the robot is off it or turns, the clock runs slower
+    and no corner is cut; lost time is not made up for. At the end it is brought to the last point as by `PointToPoint`.
 
     `progress` is the time into the trajectory [s]; of one that ends, one more than its duration when it has arrived.
     """
@@ -141,35 +141,51 @@ class FlatTracker:
             raise InputError(f"dt must be positive, not {dt} s")
         if self._end is not None and progress >= duration:
             last = self._end.step(state, progress - duration, dt)
-            return _later(last, duration + last.progress)
+            return replace(last, progress=duration + last.progress)
         u, v = state.uv.tolist()
         target = self.trajectory.at(progress)
-        trouble = self._trouble(u, v, state, target)
+        point, rate, rate2 = (tuple(array.tolist()) for array in target)
+        trouble = self._trouble(u, v, state, (point, rate, rate2))
         if trouble:
             return Guidance(STOP, progress, False, nan, nan, target[0], trouble)
-        return self._follow(state, progress, dt, target)
+        off = hypot(*self._image.displacement(u, v, *point))
+        planned, now, gear = self._clock(state, progress, off, point, rate)
+        # A command holds for a step: the law is asked about the middle of it.
+        h = now * dt / 2
+        ahead = (
+            (
+                point[0] + h * (rate[0] + h / 2 * rate2[0]),
+                point[1] + h * (rate[1] + h / 2 * rate2[1]),
+            ),
+            (rate[0] + h * rate2[0], rate[1] + h * rate2[1]),
+            rate2,
+        )
+        speed, omega = self._wanted(state, dt, ahead, off, (planned, now, gear))
+        if not isfinite(speed + omega):
+            trouble = "the robot drives over the horizon: check the calibration"
+            return Guidance(STOP, progress, False, nan, nan, target[0], trouble)
+        window = max(dt, self.response_s)
+        command = VelocityCommand(*steered(self.limits, speed, omega, state, window))
+        after = min(progress + now * dt, duration)
+        error_px = hypot(point[0] - u, point[1] - v)
+        return Guidance(command, after, False, error_px, off, target[0])
 
-    def _follow(
+    def _wanted(
         self,
         state: RobotState,
-        t: float,
         dt: float,
-        target: tuple[FloatArray, FloatArray, FloatArray],
-    ) -> Guidance:
+        target: Motion,
+        off: float,
+        clock: tuple[float, float, float],
+    ) -> tuple[float, float]:
+        """Speed and turn rate before limits on their changes."""
         limits, image = self.limits, self._image
+        planned, rate, gear = clock
         u, v = state.uv.tolist()
-        goal_u, goal_v = target[0].tolist()
-        off = hypot(*image.displacement(u, v, goal_u, goal_v))
-        error_px = hypot(goal_u - u, goal_v - v)
-        planned, rate, gear = self._clock(state, t, off, target)
-
-        # A command holds for a step: the law is asked about the middle of it.
         theta = state.theta + state.omega * dt / 2
-        h = (cos(theta), sin(theta))
-        w = (state.v * h[0], state.v * h[1])
-        c_dot = image.to_image(u, v, *w)
+        c_dot = image.to_image(u, v, state.v * cos(theta), state.v * sin(theta))
         c = (u + c_dot[0] * dt / 2, v + c_dot[1] * dt / 2)
-        c_d, c_d_dot, c_d_ddot = (a.tolist() for a in self.trajectory.at(t + rate * dt / 2))
+        c_d, c_d_dot, c_d_ddot = target
 
         # Far off, the error is closed no faster than the robot can stop.
         top = limits.speed_mps if gear > 0 else limits.reverse_mps
@@ -198,24 +214,16 @@ class FlatTracker:
         drive = min(hypot(*now), top) * max(cos(angle), least)
         if abs(omega) * drive > limits.lateral_acceleration_mps2:
             drive = limits.lateral_acceleration_mps2 / abs(omega)
-        window = max(dt, self.response_s)
-        command = VelocityCommand(*steered(limits, gear * drive, omega, state, window))
-        after = min(t + rate * dt, self.trajectory.duration)
-        return Guidance(command, after, False, error_px, off, target[0])
+        return gear * drive, omega
 
     def _clock(
-        self,
-        state: RobotState,
-        t: float,
-        off: float,
-        target: tuple[FloatArray, FloatArray, FloatArray],
+        self, state: RobotState, t: float, off: float, point: Pair, point_dot: Pair
     ) -> tuple[float, float, float]:
         """Rate of the trajectory's time as planned and as the robot can follow, and the gear."""
         rate, gear = self._timing.at(t)
         patience = self.patience_m + 2 * self.limits.turn_radius_m
         rate /= 1 + (off / patience) ** 2
-        goal, goal_dot = target[0].tolist(), target[1].tolist()
-        x, y = self._image.to_ground(*goal, *goal_dot)
+        x, y = self._image.to_ground(*point, *point_dot)
         speed = hypot(x, y)
         if speed == 0:
             return rate, rate, gear
@@ -228,30 +236,12 @@ class FlatTracker:
         lead = self.limits.acceleration_mps2 * max(LEAD_S, self.response_s) * max(ahead, 0.1)
         return rate, min(rate, (max(gear * state.v * ahead, 0.0) + lead) / speed), gear
 
-    def _trouble(
-        self,
-        u: float,
-        v: float,
-        state: RobotState,
-        target: tuple[FloatArray, FloatArray, FloatArray],
-    ) -> str:
+    def _trouble(self, u: float, v: float, state: RobotState, target: Motion) -> str:
         """Why it has no answer; empty where it has one."""
         if not all(map(isfinite, (u, v, state.theta, state.v, state.omega))):
             return "where the robot is and how it moves is not known: wait for a sighting"
         if not self._image.sees(u, v):
             return f"the robot at ({u:.0f}, {v:.0f}) px is on or beyond the horizon: check the calibration"
-        if not self._image.sees(*target[0].tolist()) or not np.isfinite(target[1:]).all():
+        if not self._image.sees(*target[0]) or not isfinite(sum(target[1]) + sum(target[2])):
             return "the trajectory has left the visible ground: move it away from the horizon"
         return ""
-
-
-def _later(guidance: Guidance, progress: float) -> Guidance:
-    return Guidance(
-        guidance.command,
-        progress,
-        guidance.done,
-        guidance.error_px,
-        guidance.error_m,
-        guidance.wanted_uv,
-        guidance.trouble,
-    )

@@ -19,6 +19,11 @@ class PathTrajectory:
     """The motion that a path plans; an `ImageTrajectory`.
 
     Its acceleration along the path is constant between samples. It stands while the robot turns on the spot.
+
+    Parameters
+    ----------
+    path : ImagePath
+        What it moves along.
     """
 
     __slots__ = ("_path", "_s", "_speed", "_time")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from airground.control.command import STOP, VelocityCommand
 from airground.control.safety_types import SafetyMemory, Situation
@@ -16,29 +16,68 @@ if TYPE_CHECKING:
     from airground.control.state_filter import StateFilter
     from airground.control.vehicles import Vehicle
 
-__all__ = ["Pilot", "PilotTick"]
+__all__ = ["Links", "Pilot", "PilotTick", "Wish"]
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """When others were last heard, on the camera's clock; None for what is not watched."""
+
+    frame_t: float | None = None
+    """Exposure of the newest picture that arrived [s]."""
+
+    operator_t: float | None = None
+    """When the operator was last heard [s]."""
+
+    robot_t: float | None = None
+    """When the robot was last heard [s]."""
+
+    stop: bool = False
+    """Whether the operator's STOP is pressed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wish:
+    """What a robot would do if it were alone."""
+
+    t: float
+    """Now [s]."""
+
+    state: RobotState
+    """What is believed of it, at the time when the command takes effect."""
+
+    guidance: Guidance | None
+    """What its controller says; None where nothing was asked of it."""
+
+    command: VelocityCommand
+    """What it shall do: rest without a controller, within what the vehicle can do."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PilotTick:
     """All that was decided at one time, and from what."""
 
-    t: float
-    """When [s]."""
-
-    state: RobotState
-    """What was believed of the robot, at the time when the command takes effect."""
-
-    guidance: Guidance | None
-    """What the controller wanted; None where nothing was asked of the robot."""
+    wish: Wish
+    """What the robot would do if it were alone."""
 
     sent: Sent
     """What goes to the robot, and why."""
 
     @property
+    def t(self) -> float:
+        """When [s]."""
+        return self.wish.t
+
+    @property
+    def guidance(self) -> Guidance | None:
+        """What the controller said."""
+        return self.wish.guidance
+
+    @property
     def done(self) -> bool:
         """Whether the controller has arrived, and the robot is told to stand."""
-        return self.guidance is not None and self.guidance.done and self.sent.command.at_rest
+        guidance = self.wish.guidance
+        return guidance is not None and guidance.done and self.sent.command.at_rest
 
 
 class Pilot:
@@ -55,7 +94,7 @@ class Pilot:
     """
 
     def __init__(
-        self, state_filter: StateFilter, safety: SafetyLayer, vehicle: Vehicle[object] | None = None
+        self, state_filter: StateFilter, safety: SafetyLayer, vehicle: Vehicle[Any] | None = None
     ) -> None:
         self.state_filter = state_filter
         self.safety = safety
@@ -89,18 +128,8 @@ class Pilot:
         """Let go of stops that wait for a person: the operator's, and that of a robot that did not obey."""
         self.memory = self.memory.released()
 
-    def tick(
-        self,
-        t: float,
-        dt: float,
-        *,
-        frame_t: float | None = None,
-        operator_t: float | None = None,
-        robot_t: float | None = None,
-        stop: bool = False,
-        separation: str = "",
-    ) -> PilotTick:
-        """Decide what to tell the robot now.
+    def tick(self, t: float, dt: float, links: Links | None = None) -> PilotTick:
+        """Decide what to tell a robot that is alone.
 
         Parameters
         ----------
@@ -108,14 +137,58 @@ class Pilot:
             Now, on the camera's clock.
         dt : float [s]
             Until the next tick.
-        frame_t : float, optional [s]
-            Exposure of the newest picture that arrived.
-        operator_t : float, optional [s]
-            When the operator was last heard, if there is one.
-        robot_t : float, optional [s]
-            When the robot was last heard, if it answers.
-        stop : bool
-            Whether the operator's STOP is pressed.
+        links : Links, optional
+            When others were last heard.
+
+        Returns
+        -------
+        tick : PilotTick
+            Its `sent.command` goes to the robot, and nothing else.
+        """
+        return self.send(self.wish(t, dt), links)
+
+    def wish(self, t: float, dt: float) -> Wish:
+        """Say what the robot would do if it were alone: the first half of a tick.
+
+        Parameters
+        ----------
+        t : float [s]
+            Now, on the camera's clock.
+        dt : float [s]
+            Until the next tick.
+
+        Returns
+        -------
+        wish : Wish
+            For `send`, or for what keeps several robots apart.
+        """
+        state = self.state_filter.predict(t + self.state_filter.options.actuation_delay_s)
+        guidance, command = None, STOP
+        if self._controller is not None:
+            guidance = self._controller.step(state, self._progress, dt)
+            command = guidance.command
+        if self.vehicle is not None and command.finite:
+            command = self.vehicle.feasible(command)
+        return Wish(t, state, guidance, command)
+
+    def send(
+        self,
+        wish: Wish,
+        links: Links | None = None,
+        *,
+        instead: VelocityCommand | None = None,
+        separation: str = "",
+    ) -> PilotTick:
+        """Decide what the robot is told: the second half of a tick.
+
+        Parameters
+        ----------
+        wish : Wish
+            What it would do if it were alone.
+        links : Links, optional
+            When others were last heard.
+        instead : VelocityCommand, optional
+            What keeps robots apart made of it.
         separation : str
             Why robots are too close, in one line; empty where they are not.
 
@@ -124,27 +197,24 @@ class Pilot:
         tick : PilotTick
             Its `sent.command` goes to the robot, and nothing else.
         """
-        state = self.state_filter.predict(t + self.state_filter.options.actuation_delay_s)
-        guidance = None
-        command, trouble = STOP, ""
-        if self._controller is not None:
-            guidance = self._controller.step(state, self._progress, dt)
-            command, trouble = guidance.command, guidance.trouble
-        if self.vehicle is not None and command.finite:
-            command = self.vehicle.feasible(command)
-        sent = self.safety.check(
-            command,
-            Situation(
-                t, state, frame_t, operator_t, robot_t, stop, separation, trouble or self._missing()
-            ),
-            self.memory,
+        links = links or Links()
+        trouble = ""
+        if wish.guidance is not None:
+            trouble = wish.guidance.trouble or self.state_filter.trouble
+        situation = Situation(
+            t=wish.t,
+            state=wish.state,
+            frame_t=links.frame_t,
+            operator_t=links.operator_t,
+            robot_t=links.robot_t,
+            stop=links.stop,
+            separation=separation,
+            trouble=trouble,
         )
+        command = wish.command if instead is None else instead
+        sent = self.safety.check(command, situation, self.memory)
         self.memory = sent.memory
-        if guidance is not None and sent.stop is None:
-            self._progress = guidance.progress  # a robot that is stopped gets no further
-        self.state_filter.sent(t, sent.command)
-        return PilotTick(t, state, guidance, sent)
-
-    def _missing(self) -> str:
-        """What keeps the filter from an answer, where a robot is asked to move."""
-        return "" if self._controller is None else self.state_filter.trouble
+        if wish.guidance is not None and sent.stop is None:
+            self._progress = wish.guidance.progress  # a robot that is stopped gets no further
+        self.state_filter.sent(wish.t, sent.command)
+        return PilotTick(wish, sent)

@@ -138,7 +138,7 @@ class PointToPoint:
         put(self, "_law", law)
         put(self, "_pose", PoseLaw(law, self.tolerance_rad) if room else None)
         put(self, "_image", ImageLaw(self.floor))
-        put(self, "_arrival", Arrival(self.floor, self.tolerance_px, self.tolerance_m))
+        put(self, "_arrival", Arrival(self.tolerance_px, self.tolerance_m))
         put(self, "_goals", tuple((u, v) for u, v in goals.tolist()))
         put(self, "_speeds", self._through())
 

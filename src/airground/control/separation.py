@@ -144,21 +144,22 @@ class SeparationFilter:
         brake = braked(robots, dt)
         pace = np.maximum(np.abs(robots.motion.drive), robots.speed)
         stopping = 2 * dt + self.reaction_s + (pace + robots.gain * dt) / robots.loss
-        look = max(self.passing_s, 0.0 if self.courtesy is None else self.courtesy.horizon_s)
+        polite = self.courtesy or Courtesy(horizon_s=0.0, settle_s=0.0)
         around = look_around(
             robots,
             self.fence,
             passersby,
             margin_m=self.margin_m,
             sigmas=self.sigmas,
-            reach=pace * np.maximum(stopping, look),
+            reach=pace * np.maximum(stopping, max(self.passing_s, polite.horizon_s)),
+            wall_reach=pace * np.maximum(stopping, polite.settle_s),
         )
         if self.courtesy is not None:
             desire = desires(robots, asked, aims, self.courtesy)
-            polite = give_way(
+            steered = give_way(
                 robots, asked, desire, around, courtesy=self.courtesy, clockwise=self.clockwise
             )
-            target = plain if polite is asked else reachable(robots, polite, dt)
+            target = plain if steered is asked else reachable(robots, steered, dt)
 
         base = stop_after(robots, brake, dt, self.reaction_s)
         ahead = strips(around, np.maximum(stopping, self.passing_s))

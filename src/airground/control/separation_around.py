@@ -56,6 +56,7 @@ def look_around(
     margin_m: float,
     sigmas: float,
     reach: FloatArray,
+    wall_reach: FloatArray,
 ) -> Around:
     """Find what is near which robot.
 
@@ -72,7 +73,9 @@ def look_around(
     sigmas : float
         Deviations to keep beyond it.
     reach : (N,) array [m]
-        How far each looks.
+        How far each looks for what moves.
+    wall_reach : (N,) array [m]
+        How far for boundaries.
 
     Returns
     -------
@@ -91,7 +94,7 @@ def look_around(
     passing_dot = passing.start
     if fence is not None:
         own = robots.radius + margin_m + sigmas * robots.sigma
-        walls, strays, clear = _walls(robots, fence, own, reach)
+        walls, strays, clear = _walls(robots, fence, own, wall_reach)
         least = min(least, clear)
     if passersby:
         passing, passing_dot, clear = _passing(robots, passersby, margin_m, sigmas, reach)

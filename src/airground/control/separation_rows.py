@@ -204,10 +204,11 @@ def certain(
     for k, offset in ((1, 0), (2, count)):
         matrix[at, offset + rows.who] = first[k]
         matrix[at[:paired], offset + rows.other] = second[k]
-    bounds = room
+    counts = matrix.sum(axis=1) > room  # others hold all over the box
+    matrix, bounds = matrix[counts], room[counts]
     if not np.isinf(robots.bend).all():
         cars, car_bounds = _cars(robots, brake, target)
-        matrix, bounds = np.concatenate([matrix, cars]), np.concatenate([room, car_bounds])
+        matrix, bounds = np.concatenate([matrix, cars]), np.concatenate([bounds, car_bounds])
     scale = np.where(size > 0, 1.0 / np.maximum(size, 1e-12), 0.0)
     found = solve(size, np.zeros(2 * count), size, matrix * scale, bounds)
     solved = found is not None

@@ -1,4 +1,4 @@
-"""Cubic splines through points at even parameters, by their slopes: continuous curvature, and quick to load and solve."""
+"""Cubic splines through points at even parameters, by their slopes: of continuous curvature, quick to solve."""
 
 from __future__ import annotations
 

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["speed_profile", "travel_times", "turn_time"]
 
+_KEPT = 0.1
+"""Of the square of the speed that is left at least after one interval: there is no rest within a path."""
+
 _ROUNDS = 12
 """Of slowing down where the turn acceleration, by differences of the answer, is above its limit."""
 
@@ -136,7 +139,10 @@ def _fastest(
     with np.errstate(divide="ignore", invalid="ignore"):
         # The bounds on u must leave room between them; each pair of a lower and an upper one bounds x.
         rising = np.where(rate > 0, (alpha + loss * tight) / rate, inf)
-        steep = rate - tight / (2 * h)
+        kept = np.full(len(h), 1 - _KEPT)
+        if ends is not None:
+            kept[-1] = 1.0
+        steep = rate - kept * tight / (2 * h)
         rising = np.minimum(rising, np.where(steep > 0, alpha / steep, inf))
         falling = np.where(rate < 0, (alpha + gain * tight) / -rate, inf)
     top = top.copy()

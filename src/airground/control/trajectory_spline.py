@@ -43,8 +43,6 @@ class SplineTrajectory:
     """Of each piece, the polynomial of u, then that of v, from the cube down."""
 
     def __post_init__(self) -> None:
-        from scipy.interpolate import CubicSpline  # type: ignore[import-untyped]
-
         uv = readonly(self.uv, (None, 2), "uv")
         times = readonly(self.times_s, (len(uv) + self.closed,), "times_s")
         if len(uv) < 2 + self.closed:
@@ -52,8 +50,7 @@ class SplineTrajectory:
         if times[0] != 0 or not (np.diff(times) > 0).all():
             raise InputError("times_s must begin with 0 and rise")
         knots = np.vstack([uv, uv[:1]]) if self.closed else uv
-        spline = CubicSpline(times, knots, bc_type="periodic" if self.closed else "clamped")
-        pieces = spline.c.transpose(1, 2, 0).reshape(len(times) - 1, 8)
+        pieces = _pieces(np.diff(times), knots, closed=self.closed)
         object.__setattr__(self, "uv", uv)
         object.__setattr__(self, "times_s", times)
         object.__setattr__(self, "_knots", tuple(times.tolist()))
@@ -96,6 +93,30 @@ class SplineTrajectory:
             return uv, np.zeros(2), np.zeros(2)
         uv_dot = np.array([(3 * a3 * s + 2 * a2) * s + a1, (3 * b3 * s + 2 * b2) * s + b1])
         return uv, uv_dot, np.array([6 * a3 * s + 2 * a2, 6 * b3 * s + 2 * b2])
+
+
+def _pieces(h: FloatArray, knots: FloatArray, *, closed: bool) -> FloatArray:
+    """Cubics from slopes m that make the second derivative continuous: each is an equation in three of them.
+
+    ``h_k m_(k-1) + 2 (h_(k-1) + h_k) m_k + h_(k-1) m_(k+1) = 3 (h_k d_(k-1) + h_(k-1) d_k)``, d the chords' slopes.
+    """
+    count = len(h)
+    d = np.diff(knots, axis=0) / h[:, None]
+    A, b = np.eye(count + 1), np.zeros((count + 1, 2))
+    for k in range(0 if closed else 1, count):  # at rest, the slopes of the ends are zero
+        before, after = h[k - 1], h[k]
+        A[k, k] = 2 * (before + after)
+        A[k, (k - 1) % count] += after
+        A[k, k + 1 if k + 1 < count or not closed else 0] += before
+        b[k] = 3 * (after * d[k - 1] + before * d[k])
+    m = np.linalg.solve(A, b)
+    if closed:
+        m[-1] = m[0]
+    span = h[:, None]
+    cube = (m[:-1] + m[1:] - 2 * d) / span**2
+    square = (3 * d - 2 * m[:-1] - m[1:]) / span
+    rows = np.stack([cube, square, m[:-1], knots[:-1]], axis=-1)  # (pieces, 2, 4)
+    return rows.reshape(count, 8)
 
 
 def times_at_speed(

@@ -290,9 +290,7 @@ class LimitedHomography:
         """
         xy = points(xy, "xy")
         G = self.image_from_ground(origin_uv)
-        depth = (
-            homogeneous(xy) @ G[2]
-        )  # the origin's own is 1 / (n.c0); behind the camera the sign flips
+        depth = homogeneous(xy) @ G[2]  # the origin's is 1 / (n.c0); behind, the sign flips
         uv = Collineation(G).apply(xy)
         return np.asarray(np.where((depth * np.sign(G[2, 2]) > 0)[..., None], uv, np.nan))
 

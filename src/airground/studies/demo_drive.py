@@ -17,7 +17,8 @@ from airground.records import DrawnPath, replacing, write_path
 from airground.studies.drive import followed, oracle_rms, released
 from airground.studies.drive_measures import distance_to_line, rms
 from airground.studies.driving_world import demo_driving_world
-from airground.studies.rig import LAG_S, Drive, Rig, RigOptions, limits_for
+from airground.studies.rig import Drive, Rig
+from airground.studies.rig_options import LAG_S, RigOptions, limits_for
 from airground.vision.image_files import write_png
 from airground.vision.overlay import Overlay
 from airground.vision.overlay_orders import draw_goal, draw_path

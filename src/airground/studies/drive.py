@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,11 +10,13 @@ from airground.control.path_follower import PathFollower
 from airground.control.point_to_point import PointToPoint
 from airground.control.sketch import smooth_sketch
 from airground.control.sketch_check import check_path
-from airground.errors import FileError, InputError, UndeterminedError
-from airground.records import replacing, write_text
+from airground.errors import InputError
+from airground.studies.drive_checks import check_goal, make_folder
 from airground.studies.drive_measures import distance_to_line, rms
+from airground.studies.drive_result import DriveOrder, DriveResult, write_drive
 from airground.studies.driving_world import world_for
-from airground.studies.rig import LAG_S, Drive, Rig, RigOptions, limits_for
+from airground.studies.rig import Drive, Rig
+from airground.studies.rig_options import LAG_S, RigOptions, limits_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,142 +26,13 @@ if TYPE_CHECKING:
     from airground.control import Limits
     from airground.control.image_path import ImagePath
     from airground.geometry.arrays import FloatArray
-    from airground.records import DrawnPath
-    from airground.studies.driving_world import DrivingWorld
 
-__all__ = ["DriveOrder", "DriveResult", "drive_in_world", "followed", "oracle_rms", "released"]
+__all__ = ["drive_in_world", "followed", "oracle_rms", "released"]
 
 REST_S = 0.5  # after arrival, before it is measured where the robot stands
 PATIENCE = 4.0  # times the least time that a way takes, before it is given up
 GRACE_S = 20.0  # on top
-WORST_SIGMA = 0.2  # relative deviation of ground velocities where a robot is still sent to
 FINE_PX = 0.3  # tolerance of smoothing what is smooth already
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DriveOrder:
-    """What an operator asks for."""
-
-    goals_px: tuple[tuple[float, float], ...] = ()
-    """Raw pixels to drive to, in order; or"""
-
-    drawn: DrawnPath | None = None
-    """a sketch to follow."""
-
-    heading_deg: float | None = None
-    """To end with, at the last goal [degrees]; None for any."""
-
-    speed_mps: float | None = None
-    """To hold on the ground [m/s]; None for the world's own."""
-
-    latency_s: float = 0.1
-    """From a picture's exposure to its arrival [s]."""
-
-    sight: Literal["images", "points"] | None = None
-    """How the robot is seen; None for images where there is a scene."""
-
-    seed: int = 0
-    """Of all noise."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DriveResult:
-    """What was driven, and how well."""
-
-    world: DrivingWorld
-    """The truth."""
-
-    why: str
-    """Which world, and why, in one line."""
-
-    drives: tuple[Drive, ...]
-    """What was driven, in order; where there is a path, the last along it."""
-
-    reached: bool
-    """Whether the robot got to the end."""
-
-    trouble: str
-    """Why not, in one line; empty where it did."""
-
-    goal_px: FloatArray
-    """(2,) [px]. Where it should end, in raw pixels."""
-
-    goal_error_px: float
-    """Distance in the image of where it stands from there [px]."""
-
-    goal_error_m: float
-    """The same on the ground [m]."""
-
-    path_px: FloatArray | None = None
-    """(N, 2) [px]. The path as released, in raw pixels; None where there were goals only."""
-
-    sketch_rms_px: float | None = None
-    """Distance of the sketch from the path [px]."""
-
-    path_rms_px: float | None = None
-    """Distance from the path while following it, in the image [px]."""
-
-    path_rms_m: float | None = None
-    """The same on the ground [m]."""
-
-    oracle_path_rms_m: float | None = None
-    """The same in a drive that is given the true g [m]."""
-
-    images: bool = False
-    """Whether the robot was seen in rendered images."""
-
-    def document(self) -> dict[str, Any]:
-        """Give the JSON object.
-
-        Returns
-        -------
-        document : dict
-            Figures by name, with units.
-        """
-        return {
-            "reached": self.reached,
-            "trouble": self.trouble,
-            "time_s": float(sum(drive.duration for drive in self.drives)),
-            "goal_error_px": self.goal_error_px,
-            "goal_error_m": self.goal_error_m,
-            "path_rms_px": self.path_rms_px,
-            "path_rms_m": self.path_rms_m,
-            "oracle_path_rms_m": self.oracle_path_rms_m,
-            "sketch_rms_px": self.sketch_rms_px,
-            "max_speed_mps": float(max(np.abs(drive.v).max() for drive in self.drives)),
-            "stops": len(self._stops()),
-            "stop_reasons": self._stops(),
-            "world": self.world.name,
-            "sight": "images" if self.images else "points",
-        }
-
-    def lines(self) -> list[str]:
-        """Say it to people.
-
-        Returns
-        -------
-        lines : list of str
-            A few.
-        """
-        d = self.document()
-        end = f"{d['goal_error_px']:.1f} px, {100 * d['goal_error_m']:.1f} cm from the goal"
-        lines = [
-            f"world: {self.why}; seen in {d['sight']}",
-            f"arrived after {d['time_s']:.1f} s, {end}"
-            if self.reached
-            else f"not arrived: {self.trouble}; {end}",
-            f"fastest {d['max_speed_mps']:.3f} m/s, {d['stops']} stops for safety",
-        ]
-        if self.path_rms_m is not None and self.path_rms_px is not None:
-            oracle = self.oracle_path_rms_m
-            beside = "" if oracle is None else f"; with the true g {100 * oracle:.2f} cm"
-            lines.insert(
-                2, f"path: {self.path_rms_px:.2f} px, {100 * self.path_rms_m:.2f} cm rms{beside}"
-            )
-        return lines + [f"  stop at {line}" for line in self._stops()]
-
-    def _stops(self) -> list[str]:
-        return [line for drive in self.drives for line in drive.stops]
 
 
 def drive_in_world(
@@ -203,7 +74,7 @@ def drive_in_world(
     """
     world, why = world_for(calibration, seed=order.seed)
     if out is not None:
-        _make(out)
+        make_folder(out)
     if world.name != "demo":
         note(f"driving in {why}")
     limits = limits_for(order.speed_mps or world.speed_mps)
@@ -226,7 +97,7 @@ def drive_in_world(
     else:
         result = _along(calibration, order, rig, why, say, note=note)
     if out is not None:
-        _write(out, result)
+        write_drive(out, result)
     return result
 
 
@@ -239,7 +110,7 @@ def _to_goals(
 ) -> DriveResult:
     raw = np.array(order.goals_px, dtype=np.float64)
     for uv in raw:
-        _check_goal(calibration, uv)
+        check_goal(calibration, uv)
     goals = calibration.undistort(raw)
     heading = None if order.heading_deg is None else float(np.radians(order.heading_deg))
     say(f"drive to {len(goals)} goal{'' if len(goals) == 1 else 's'}")
@@ -287,8 +158,8 @@ def _along(
         size_px=calibration.image_size_px if calibration.lens is None else None,
         note=note,
     )
-    _check_goal(calibration, calibration.distort(path.uv[0]), "the path's start")
-    _check_goal(calibration, calibration.distort(path.uv[-1]), "the path's end")
+    check_goal(calibration, calibration.distort(path.uv[0]), "the path's start")
+    check_goal(calibration, calibration.distort(path.uv[-1]), "the path's end")
     drives, xy, uv = followed(rig, path, say)
     path_px = calibration.distort(path.uv)
     line = rig.world.camera.unproject(rig.world.undistorted(path_px))
@@ -409,7 +280,7 @@ def followed(
         say("follow the path")
         rig.rest(REST_S)
         follower = PathFollower(
-            path, rig.limits, response_s=LAG_S, arrive_m=0.5 * _tolerance(rig.limits)
+            path, rig.limits, response_s=LAG_S, arrive_m=0.3 * _tolerance(rig.limits)
         )
         drives += (rig.drive(follower, most_s=PATIENCE * path.duration + GRACE_S),)
     xy, uv = rig.rest(REST_S)
@@ -466,27 +337,6 @@ def oracle_rms(
     return rms(distance_to_line(drives[-1].xy, line)) if len(drives) == 2 else None
 
 
-def _check_goal(calibration: Calibration, uv: FloatArray, what: str = "the goal") -> None:
-    u, v = uv.tolist()
-    size = calibration.image_size_px
-    if size is not None and not (-0.5 <= u <= size[0] - 0.5 and -0.5 <= v <= size[1] - 0.5):
-        raise InputError(
-            f"{what} {u:g},{v:g} is outside the image of {size[0]}x{size[1]} px; choose a pixel in it"
-        )
-    if not bool(calibration.is_ground(uv)):
-        raise InputError(
-            f"{what} {u:g},{v:g} lies on or above the horizon; choose a pixel on the ground"
-        )
-    unit = calibration.jacobian(uv) @ np.array([1.0, 0.0])
-    _, covariance = calibration.ground_velocity(uv, unit)
-    sigma = float(np.sqrt(np.trace(covariance) / 2))
-    if not sigma <= WORST_SIGMA:
-        raise UndeterminedError(
-            f"the calibration leaves speeds at {what} {u:g},{v:g} uncertain by {sigma:.0%}; "
-            "calibrate with a drive that comes nearer to it"
-        )
-
-
 def _tolerance(limits: Limits) -> float:
     """A centimetre for a robot of 0.3 m/s, and more for what is larger and faster."""
     return 0.01 * max(1.0, limits.speed_mps / 0.3)
@@ -500,35 +350,3 @@ def _patience(rig: Rig, goals: FloatArray) -> float:
     length = float(np.nansum(np.hypot(*np.diff(xy, axis=0).T)))
     turns = 2 * np.pi * len(goals) / rig.limits.turn_rate_radps
     return PATIENCE * (length / rig.limits.speed_mps + turns) + GRACE_S
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(str(folder), f"cannot be made: {error.strerror or error}") from error
-
-
-def _write(out: Path, result: DriveResult) -> None:
-    from airground.pictures.driving import draw_image_path
-
-    write_text(out / "drive.json", json.dumps(result.document(), indent=2, allow_nan=False) + "\n")
-    names = "t_s,u_px,v_px,x_m,y_m,heading_rad,speed_mps,turn_rate_radps"
-    tables = [np.column_stack([d.t, d.uv, d.xy, d.theta, d.v, d.omega]) for d in result.drives]
-    rows = [",".join(map(repr, row)) for row in np.concatenate(tables).tolist()]
-    write_text(out / "driven.csv", "\n".join([names, *rows]) + "\n")
-    driven = np.concatenate([d.uv for d in result.drives])
-    first = result.drives[0]
-    wanted = result.path_px
-    if wanted is None:
-        wanted = np.stack([driven[0], result.goal_px])
-    reach = 0.5 * result.world.speed_mps / 0.3
-    ahead = first.xy[0] + reach * np.array([np.cos(first.theta[0]), np.sin(first.theta[0])])
-    with replacing(out / "drive.png") as temporary:
-        draw_image_path(
-            temporary,
-            size_px=result.world.camera.image_size_px,
-            wanted=wanted,
-            driven=driven,
-            heading=result.world.distorted(result.world.camera.project(ahead)),
-        )

@@ -20,7 +20,8 @@ from airground.sim.recordings import Recording, record
 from airground.studies.driving_world import DrivingWorld
 from airground.studies.figure_drives import OPTIONS, SPEED_MPS, TOP_MPS
 from airground.studies.item import Document, Item, Outcome, Work
-from airground.studies.rig import LAG_S, Drive, Rig, limits_for
+from airground.studies.rig import Drive, Rig
+from airground.studies.rig_options import LAG_S, limits_for
 from airground.studies.sheet import Sheet
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from airground.studies.figure_drives import (
     paper_world,
 )
 from airground.studies.item import Document, Item, Outcome, Work
-from airground.studies.rig import LAG_S
+from airground.studies.rig_options import LAG_S
 from airground.studies.sheet import Sheet
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ from airground.studies.figure_drives import (
     paper_world,
 )
 from airground.studies.item import Document, Item, Outcome, Work
-from airground.studies.rig import LAG_S
+from airground.studies.rig_options import LAG_S
 from airground.studies.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -53,9 +53,16 @@ class _Ellipses:
     """The drives that both figures show."""
 
     models: Models
+    """What was driven with."""
+
     drives: dict[str, Tracked]
-    wanted: FloatArray  # (N, 2) [m], the true ellipse
-    shape_m: dict[str, float]  # of the ellipse as driven from the true one
+    """What was driven."""
+
+    wanted: FloatArray
+    """(N, 2) [m]. The true ellipse."""
+
+    shape_m: dict[str, float]
+    """Distance of what was driven, once it had settled, from the true ellipse [m]."""
 
 
 @cache

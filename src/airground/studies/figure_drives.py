@@ -14,7 +14,8 @@ import numpy as np
 from airground.geometry import LimitedHomography, n_error
 from airground.studies.drive_measures import rms
 from airground.studies.driving_world import DrivingWorld
-from airground.studies.rig import Rig, RigOptions, limits_for
+from airground.studies.rig import Rig
+from airground.studies.rig_options import RigOptions, limits_for
 from airground.studies.simulation import PAPER, run_trials
 from airground.studies.whole_drive import whole_drive_trial
 

@@ -2,91 +2,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.control import Floor, Limits
-from airground.control.pilot import Pilot
+from airground.control import Floor
+from airground.control.pilot import Links, Pilot
 from airground.control.safety import SafetyLayer
-from airground.control.safety_bounds import SafetyBounds
 from airground.control.state_filter import StateFilter
-from airground.control.state_filter_options import StateOptions
 from airground.geometry.arrays import FloatArray
 from airground.sim.point_eye import EyeOptions, PointEye
-from airground.sim.vehicle_odometry import Odometer, OdometryNoise
-from airground.sim.vehicle_options import PlantOptions
+from airground.sim.vehicle_odometry import Odometer
 from airground.sim.vehicle_plant import VehiclePlant
 from airground.studies.rendered_eye import RenderedEye
+from airground.studies.rig_options import (
+    USUAL_MPS,
+    RigOptions,
+    plant_options,
+    safety_bounds,
+    state_options,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from airground.control import Controller
+    from airground.control import Controller, Limits
     from airground.control.pilot import PilotTick
     from airground.geometry import LimitedHomography
     from airground.studies.driving_world import DrivingWorld
     from airground.vision.eyes import Look
 
-__all__ = ["LAG_S", "Drive", "Rig", "RigOptions", "limits_for"]
-
-LAG_S = 0.15
-"""What controllers are told of how slowly the robot's speed follows its commands [s]; in truth 0.12."""
-
-USUAL_MPS = 0.3  # the speed that the defaults of limits and noise are meant for
-
-
-def limits_for(speed_mps: float) -> Limits:
-    """Limits of a robot that drives at a speed: the defaults, for one that is larger or smaller.
-
-    Parameters
-    ----------
-    speed_mps : float [m/s]
-        To be held.
-
-    Returns
-    -------
-    limits : Limits
-        Accelerations grow with the speed: it is reached within the same time.
-    """
-    usual, scale = Limits(), speed_mps / USUAL_MPS
-    return Limits(
-        speed_mps=speed_mps,
-        reverse_mps=0.5 * speed_mps,
-        acceleration_mps2=usual.acceleration_mps2 * scale,
-        deceleration_mps2=usual.deceleration_mps2 * scale,
-        lateral_acceleration_mps2=usual.lateral_acceleration_mps2 * scale,
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class RigOptions:
-    """How late, how often and how well."""
-
-    latency_s: float = 0.1
-    """From a picture's exposure to the arrival of what was seen in it [s]."""
-
-    actuation_s: float = 0.05
-    """From a command's sending to its effect [s]."""
-
-    camera_hz: float = 20.0
-    """Pictures per second."""
-
-    control_hz: float = 40.0
-    """Commands per second."""
-
-    sigma_px: float = 0.3
-    """Noise of sightings, where nothing is rendered [px]."""
-
-    odometry: OdometryNoise = field(default_factory=OdometryNoise)
-    """Noise of the robot's own readings."""
-
-    images: bool = False
-    """Whether pictures are rendered, and the robot's tag is found in them."""
-
-    predict: bool = True
-    """Whether the pilot allows for what is late; without, it takes what it saw last for now."""
+__all__ = ["Drive", "Rig"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,7 +124,7 @@ class Rig:
             world.start_m,
             world.heading_rad,
             "differential",
-            _plant_options(options, scale),
+            plant_options(options, scale),
             rng=wheels,
         )
         self._eye = (
@@ -210,12 +157,12 @@ class Rig:
         self._undistorted = undistorted or (lambda uv: uv)
         self.floor = Floor(model, self._undistorted(raw_ground))
         self.pilot = Pilot(
-            StateFilter(self.floor, _state_options(options, scale, time_offset_s)),
+            StateFilter(self.floor, state_options(options, scale, time_offset_s)),
             SafetyLayer(
                 self.floor,
                 limits,
                 covariance,
-                _safety_bounds(scale),
+                safety_bounds(scale),
                 # The safety layer knows undistorted pixels only, whose image has no straight border.
                 image_size_px=None if world.lens is not None else world.camera.image_size_px,
             ),
@@ -325,48 +272,7 @@ class Rig:
             )
         frames = self._eye.frames
         frame_t = (frames - 1) / self.options.camera_hz if frames else None
-        tick = self.pilot.tick(t, 1 / rate, frame_t=frame_t)
+        tick = self.pilot.tick(t, 1 / rate, Links(frame_t=frame_t))
         self.plant.command(t, tick.sent.command)
         self._tick += 1
         return tick
-
-
-def _plant_options(options: RigOptions, scale: float) -> PlantOptions:
-    usual = PlantOptions()
-    return PlantOptions(
-        latency_s=options.actuation_s,
-        speed_mps=usual.speed_mps * scale,
-        reverse_mps=usual.reverse_mps * scale,
-        acceleration_mps2=usual.acceleration_mps2 * scale,
-        track_width_m=usual.track_width_m * scale,
-        slip=0.02,
-        turn_slip=0.02,
-    )
-
-
-def _state_options(options: RigOptions, scale: float, time_offset_s: float) -> StateOptions:
-    usual = StateOptions()
-    return StateOptions(
-        actuation_delay_s=options.actuation_s if options.predict else 0.0,
-        speed_lag_s=0.12,
-        turn_lag_s=0.1,
-        time_offset_s=time_offset_s,
-        sighting_sigma_px=max(options.sigma_px, 0.05),
-        heading_sigma_rad=0.02,
-        heading_bias_sigma_rad=0.03,
-        speed_sigma_mps=usual.speed_sigma_mps * scale,
-        speed_stray_mps=usual.speed_stray_mps * scale,
-        free_speed_mps=usual.free_speed_mps * scale,
-        path_walk_m=usual.path_walk_m * scale,
-        fastest_mps=usual.fastest_mps * scale,
-        lost_m=usual.lost_m * scale,
-    )
-
-
-def _safety_bounds(scale: float) -> SafetyBounds:
-    usual = SafetyBounds()
-    return SafetyBounds(
-        jump_m=usual.jump_m * scale,
-        position_sigma_m=usual.position_sigma_m * scale,
-        speed_error_mps=usual.speed_error_mps * scale,
-    )
