@@ -26,9 +26,9 @@ import numpy as np
 from airground.calibration import calibrate
 from airground.control import Floor, Limits, RobotState
 from airground.control.drive_laws import steered, wrapped
-from airground.control.flat_tracker import FlatTracker
-from airground.control.point_to_point import PointToPoint
-from airground.control.trajectory import GroundTrajectory
+from airground.control.goals.point_to_point import PointToPoint
+from airground.control.trajectories.flat_tracker import FlatTracker
+from airground.control.trajectories.trajectory import GroundTrajectory
 from airground.geometry import LimitedHomography
 from airground.sim import FigureEight, calibration_drive, demo_world
 from airground.sim.unicycle import arc
@@ -141,8 +141,14 @@ def _paths(scene: Scene, curve: Any, control: Any) -> list[tuple[str, list[float
     # What the operator drew; the floor's origin is the centre.
     wanted = GroundTrajectory(scene.known, lambda t: curve(scene.half, t), period=ROUND_S)
     laws: list[tuple[str, Law]] = [
-        ("ours, true g", _Ours(FlatTracker(scene.known, wanted, LIMITS), scene.camera)),
-        ("ours, drive's g", _Ours(FlatTracker(scene.driven, wanted, LIMITS), scene.camera)),
+        (
+            "ours, true g",
+            _Ours(FlatTracker(scene.known, wanted, LIMITS, response_s=0.0), scene.camera),
+        ),
+        (
+            "ours, drive's g",
+            _Ours(FlatTracker(scene.driven, wanted, LIMITS, response_s=0.0), scene.camera),
+        ),
     ]
     if control is not None:
         gains = _gains(control)
@@ -186,7 +192,9 @@ def _goals(scene: Scene, control: Any) -> list[tuple[str, FloatArray]]:
             law: Law
             if name.startswith("ours"):
                 floor = scene.known if name.endswith("true g") else scene.driven
-                points = PointToPoint(floor, scene.camera.project(goal)[None], LIMITS)
+                points = PointToPoint(
+                    floor, scene.camera.project(goal)[None], LIMITS, response_s=0.0
+                )
                 law = _Ours(points, scene.camera)
             elif name == "pure pursuit":
                 law = _pursuit(goal[None], closed=False)
@@ -326,10 +334,13 @@ def _ticks(scene: Scene) -> None:
     wanted = GroundTrajectory(scene.known, lambda t: _ellipse(scene.half, t), period=ROUND_S)
     print("\nmicroseconds a step: quickest tenth, median")
     for name, controller in (
-        ("goal", PointToPoint(scene.known, goal[None], LIMITS)),
-        ("three goals", PointToPoint(scene.known, goals, LIMITS)),
-        ("car, heading", PointToPoint(scene.known, goal[None], Limits(turn_radius_m=0.4), 1.0)),
-        ("trajectory", FlatTracker(scene.known, wanted, LIMITS)),
+        ("goal", PointToPoint(scene.known, goal[None], LIMITS, response_s=0.0)),
+        ("three goals", PointToPoint(scene.known, goals, LIMITS, response_s=0.0)),
+        (
+            "car, heading",
+            PointToPoint(scene.known, goal[None], Limits(turn_radius_m=0.4), 1.0, response_s=0.0),
+        ),
+        ("trajectory", FlatTracker(scene.known, wanted, LIMITS, response_s=0.0)),
     ):
         state = RobotState(0.0, scene.camera.project(scene.centre + [-1.0, 0.3]), 0.4, 0.2, 0.1)
         spent = []

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from airground.control import Floor, Limits, RobotState, VelocityCommand
-from airground.control.fence import Fence
-from airground.control.safety import SafetyLayer
-from airground.control.safety_bounds import SafetyBounds
-from airground.control.safety_types import SafetyMemory, Situation, StopReason
+from airground.control.safety.bounds import SafetyBounds
+from airground.control.safety.layer import SafetyLayer
+from airground.control.safety.types import SafetyMemory, Situation, StopReason
+from airground.control.separation.fence import Fence
 from airground.geometry import LimitedHomography
 from airground.sim import demo_world
 from airground.sim.vehicle_options import PlantOptions

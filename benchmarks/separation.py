@@ -20,10 +20,11 @@ import numpy as np
 from shapely import Polygon, distance, points  # type: ignore[import-untyped]
 
 from airground.control import Floor, Limits, VelocityCommand
-from airground.control.fence import Fence
-from airground.control.planner import NoWayError, WayPlanner
-from airground.control.separation import SeparationFilter
-from airground.control.separation_types import Body
+from airground.control.separation.fence import Fence
+from airground.control.separation.filter import SeparationFilter
+from airground.control.separation.planner import WayPlanner
+from airground.control.separation.types import Body
+from airground.errors import NoWayError
 from airground.geometry import LimitedHomography
 from airground.geometry.arrays import FloatArray
 from airground.sim import SimCamera

@@ -17,9 +17,9 @@ from scipy import sparse  # type: ignore[import-untyped]
 from separation import drive, random_scene  # type: ignore[import-not-found]
 
 from airground.control import separation
-from airground.control.separation import SeparationFilter
-from airground.control.separation_qp import nearest
-from airground.control.separation_rows import certain
+from airground.control.separation.filter import SeparationFilter
+from airground.control.separation.qp import nearest
+from airground.control.separation.rows import certain
 
 if TYPE_CHECKING:
     from airground.geometry.arrays import FloatArray

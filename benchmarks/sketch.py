@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 
 from airground.control import Floor, Limits, RobotState
-from airground.control.path_follower import PathFollower
-from airground.control.sketch import smooth_sketch
-from airground.control.sketch_deviation import distances
+from airground.control.paths.path_follower import PathFollower
+from airground.control.paths.sketch import smooth_sketch
+from airground.control.paths.sketch_deviation import distances
 from airground.geometry import LimitedHomography
 from airground.geometry.arrays import FloatArray
 from airground.sim import demo_world

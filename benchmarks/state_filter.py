@@ -22,8 +22,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from airground.control.state_filter import StateFilter
-from airground.control.state_filter_options import StateOptions
+from airground.control.estimation.options import StateOptions
+from airground.control.estimation.state_filter import StateFilter
 from late_drive import FLOOR, TICK, Event, LateDrive, nees, position_error
 
 SEEDS = 6

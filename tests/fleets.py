@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.control import Floor, Limits, VelocityCommand
-from airground.control.fence import Fence
-from airground.control.separation_types import Body
+from airground.control.separation.fence import Fence
+from airground.control.separation.types import Body
 from airground.geometry import LimitedHomography
 from airground.sim import SimCamera
 

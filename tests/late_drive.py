@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airground.control import Floor, RobotState, VelocityCommand
-from airground.control.state_filter import StateFilter
+from airground.control.estimation.state_filter import StateFilter
 from airground.geometry import LimitedHomography
 from airground.sim import demo_world
 from airground.sim.unicycle import arc
@@ -17,7 +17,7 @@ from airground.sim.unicycle import arc
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from airground.control.state_filter_options import StateOptions
+    from airground.control.estimation.options import StateOptions
     from airground.geometry.arrays import FloatArray
 
 CAMERA = demo_world().camera

@@ -5,7 +5,8 @@
     AirgroundError                      exit code of the command line
     ├── InputError (ValueError)         2   a command, file or array is wrong
     │   ├── SampleError                 2   motion correspondences are not well formed
-    │   └── FileError                   2   a file is wrong, at a line and column
+    │   ├── FileError                   2   a file is wrong, at a line and column
+    │   └── NoWayError                  2   no way leads to a goal, round what is in between
     ├── UndeterminedError               3   the data are well formed but do not determine the answer
     │   ├── UnobservableMotionError     3   more than one g explains the motion
     │   └── UndeterminedCameraError     3   g is known, but not the camera's focal length
@@ -25,6 +26,7 @@ __all__ = [
     "AirgroundError",
     "FileError",
     "InputError",
+    "NoWayError",
     "SampleError",
     "UndeterminedCameraError",
     "UndeterminedError",
@@ -74,6 +76,25 @@ class FileError(InputError):
         self.problem = problem
         self.line = line
         self.column = column
+
+
+class NoWayError(InputError):
+    """No way leads from a start to a goal.
+
+    Parameters
+    ----------
+    problem : str
+        What is wrong with which of them.
+    nearest_uv : (float, float), optional [px]
+        Place nearest to what was asked for, on the ground, that the robot can reach or set out from.
+    """
+
+    def __init__(self, problem: str, nearest_uv: tuple[float, float] | None = None) -> None:
+        where = ""
+        if nearest_uv is not None:
+            where = f"; nearest is ({nearest_uv[0]:.1f}, {nearest_uv[1]:.1f}) px"
+        super().__init__(problem + where)
+        self.nearest_uv = nearest_uv
 
 
 class UndeterminedError(AirgroundError):

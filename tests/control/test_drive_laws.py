@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from airground.control import Limits, RobotState
-from airground.control.arrival import Arrival
 from airground.control.drive_laws import closing_rate, corner_speed, steered, turn_reach, wrapped
+from airground.control.goals.arrival import Arrival
 
 
 def test_closing_a_gap_brakes_evenly_and_ends_at_rest() -> None:

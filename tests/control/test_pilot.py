@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from airground.control import STOP, Floor, Guidance, Limits, RobotState, VelocityCommand
+from airground.control.estimation.options import StateOptions
+from airground.control.estimation.state_filter import StateFilter
 from airground.control.pilot import Links, Pilot
-from airground.control.safety import SafetyLayer
-from airground.control.safety_types import StopReason
-from airground.control.state_filter import StateFilter
-from airground.control.state_filter_options import StateOptions
+from airground.control.safety.layer import SafetyLayer
+from airground.control.safety.types import StopReason
 from airground.geometry import LimitedHomography
 from airground.sim import demo_world
 

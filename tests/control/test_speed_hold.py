@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from airground.control import VelocityCommand
+from airground.control.estimation.options import StateOptions
+from airground.control.estimation.state_filter import StateFilter
 from airground.control.speed_hold import SpeedHold, SpeedMemory
-from airground.control.state_filter import StateFilter
-from airground.control.state_filter_options import StateOptions
 from airground.errors import InputError
 from late_drive import CAMERA, FLOOR, TICK
 

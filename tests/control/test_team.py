@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from airground.control import Floor, Limits
+from airground.control.estimation.options import StateOptions
+from airground.control.estimation.state_filter import StateFilter
+from airground.control.goals.point_to_point import PointToPoint
 from airground.control.pilot import Links, Pilot
-from airground.control.point_to_point import PointToPoint
-from airground.control.safety import SafetyLayer
-from airground.control.separation import SeparationFilter
-from airground.control.state_filter import StateFilter
-from airground.control.state_filter_options import StateOptions
+from airground.control.safety.layer import SafetyLayer
+from airground.control.separation.filter import SeparationFilter
 from airground.control.team import Team, TeamMember
 from airground.errors import InputError
 from airground.geometry import LimitedHomography

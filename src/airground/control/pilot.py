@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from airground.control.command import STOP, VelocityCommand
-from airground.control.safety_types import SafetyMemory, Situation
+from airground.control.safety.types import SafetyMemory, Situation
 
 if TYPE_CHECKING:
     from airground.control.controller import Controller, Guidance
-    from airground.control.safety import SafetyLayer
-    from airground.control.safety_types import Sent
+    from airground.control.estimation.state_filter import StateFilter
+    from airground.control.safety.layer import SafetyLayer
+    from airground.control.safety.types import Sent
     from airground.control.state import RobotState
-    from airground.control.state_filter import StateFilter
-    from airground.control.vehicles import Vehicle
+    from airground.control.vehicles.wheels import Vehicle
 
 __all__ = ["Links", "Pilot", "PilotTick", "Wish"]
 

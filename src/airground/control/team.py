@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from airground.control.separation_types import Body
+from airground.control.separation.types import Body
 from airground.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from airground.control.pilot import Links, Pilot, PilotTick, Wish
-    from airground.control.separation import SeparationFilter
-    from airground.control.separation_types import Passerby, Separated
+    from airground.control.separation.filter import SeparationFilter
+    from airground.control.separation.types import Passerby, Separated
 
 __all__ = ["Team", "TeamMember", "TeamTick"]
 

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.control.point_to_point import PointToPoint
+from airground.control.goals.point_to_point import PointToPoint
 from airground.records import DrawnPath, replacing, write_path
-from airground.studies.drive import followed, oracle_rms, released
 from airground.studies.drive_measures import distance_to_line, rms
 from airground.studies.driving_world import demo_driving_world
+from airground.studies.path_drive import followed, oracle_rms, released
 from airground.studies.rig import Drive, Rig
 from airground.studies.rig_options import LAG_S, RigOptions, limits_for
 from airground.vision.image_files import write_png
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from airground.calibration import Calibration
-    from airground.control.image_path import ImagePath
+    from airground.control.paths.image_path import ImagePath
     from airground.geometry.arrays import FloatArray
     from airground.studies.driving_world import DrivingWorld
     from airground.vision.eyes import Look

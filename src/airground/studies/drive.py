@@ -6,16 +6,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.control.path_follower import PathFollower
-from airground.control.point_to_point import PointToPoint
-from airground.control.sketch import smooth_sketch
-from airground.control.sketch_check import check_path
+from airground.control.goals.point_to_point import PointToPoint
 from airground.errors import InputError
 from airground.studies.drive_checks import check_goal, make_folder
 from airground.studies.drive_measures import distance_to_line, rms
 from airground.studies.drive_result import DriveOrder, DriveResult, write_drive
 from airground.studies.driving_world import world_for
-from airground.studies.rig import Drive, Rig
+from airground.studies.path_drive import (
+    REST_S,
+    followed,
+    oracle_rms,
+    patience,
+    released,
+    tolerance,
+)
+from airground.studies.rig import Rig
 from airground.studies.rig_options import LAG_S, RigOptions, limits_for
 
 if TYPE_CHECKING:
@@ -23,16 +28,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from airground.calibration import Calibration
-    from airground.control import Limits
-    from airground.control.image_path import ImagePath
-    from airground.geometry.arrays import FloatArray
 
-__all__ = ["drive_in_world", "followed", "oracle_rms", "released"]
-
-REST_S = 0.5  # after arrival, before it is measured where the robot stands
-PATIENCE = 4.0  # times the least time that a way takes, before it is given up
-GRACE_S = 20.0  # on top
-FINE_PX = 0.3  # tolerance of smoothing what is smooth already
+__all__ = ["drive_in_world"]
 
 
 def drive_in_world(
@@ -121,10 +118,10 @@ def _to_goals(
             goals,
             rig.limits,
             heading,
-            tolerance_m=_tolerance(rig.limits),
+            tolerance_m=tolerance(rig.limits),
             response_s=LAG_S,
         ),
-        most_s=_patience(rig, goals),
+        most_s=patience(rig, goals),
     )
     xy, uv = rig.rest(REST_S)
     goal_xy = rig.world.camera.unproject(rig.world.undistorted(raw[-1]))
@@ -192,161 +189,3 @@ def _along(
         oracle_path_rms_m=oracle,
         images=rig.options.images,
     )
-
-
-def released(
-    rig: Rig,
-    uv: FloatArray,
-    *,
-    speed_mps: FloatArray | None = None,
-    size_px: tuple[int, int] | None = None,
-    note: Callable[[str], None] | None = None,
-) -> ImagePath:
-    """Make a path of a sketch, or say what of it cannot be driven, and where.
-
-    Parameters
-    ----------
-    rig : Rig
-        With floor and limits.
-    uv : (N, 2) array [px]
-        The sketch, undistorted.
-    speed_mps : (N,) array, optional [m/s]
-        Wished for at its points.
-    size_px : (int, int), optional [px]
-        Of the image, where the path must stay in it.
-    note : callable, optional
-        Is told how far the path is from the sketch.
-
-    Returns
-    -------
-    path : ImagePath
-        That can be driven.
-
-    Raises
-    ------
-    InputError
-        If it cannot be driven: the first place and reason, and how many there are.
-    """
-    path = smooth_sketch(rig.floor, uv, rig.limits, speed_mps=speed_mps)
-    problems = check_path(path, rig.limits, image_size_px=size_px)
-    if problems:
-        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise InputError(f"the path cannot be driven: {problems[0].reason}{more}")
-    if note is not None:
-        note(
-            f"the sketch became a path of {path.length:.2f} m, {path.duration:.0f} s; "
-            f"it leaves the sketch by {path.max_deviation_px:.1f} px at most"
-        )
-    return path
-
-
-def followed(
-    rig: Rig, path: ImagePath, say: Callable[[str], None]
-) -> tuple[tuple[Drive, ...], FloatArray, FloatArray]:
-    """Drive to the start of a path, and along it.
-
-    Parameters
-    ----------
-    rig : Rig
-        With the robot anywhere.
-    path : ImagePath
-        On its floor.
-    say : callable
-        Is told what is being done.
-
-    Returns
-    -------
-    drives : tuple of Drive
-        To its start and, if that was reached, along it.
-    xy : (2,) array [m]
-        Where the robot stands at the end, in truth.
-    uv : (2,) array [px]
-        Where its mark is in the image, in truth, in raw pixels.
-    """
-    say("drive to the path's start")
-    rig.settle()
-    heading = float(path.theta[0])
-    start = PointToPoint(
-        rig.floor,
-        path.uv[:1],
-        rig.limits,
-        heading,
-        tolerance_m=_tolerance(rig.limits),
-        response_s=LAG_S,
-    )
-    first = rig.drive(start, most_s=_patience(rig, path.uv[:1]))
-    drives: tuple[Drive, ...] = (first,)
-    if first.done:
-        say("follow the path")
-        rig.rest(REST_S)
-        follower = PathFollower(
-            path, rig.limits, response_s=LAG_S, arrive_m=0.3 * _tolerance(rig.limits)
-        )
-        drives += (rig.drive(follower, most_s=PATIENCE * path.duration + GRACE_S),)
-    xy, uv = rig.rest(REST_S)
-    return drives, xy, uv
-
-
-def oracle_rms(
-    rig: Rig,
-    path_px: FloatArray,
-    line: FloatArray,
-    *,
-    seed: int,
-    speed_mps: float | None = None,
-) -> float | None:
-    """Distance from the same path, in the same world with the same noise, of who knows the true g, lens and clock.
-
-    Parameters
-    ----------
-    rig : Rig
-        That drove it with an estimate.
-    path_px : (N, 2) array [px]
-        The path as released, in raw pixels.
-    line : (N, 2) array [m]
-        The same on the ground, in truth.
-    seed : int
-        Of the noise.
-    speed_mps : float, optional [m/s]
-        Wished for along it.
-
-    Returns
-    -------
-    rms : float or None [m]
-        While following it; None where it did not get to its start.
-    """
-    world = rig.world
-    twin = Rig(
-        world,
-        world.model,
-        None,
-        limits=rig.limits,
-        options=rig.options,
-        seed=seed,
-        undistorted=world.undistorted,
-        time_offset_s=world.clock_offset_s,
-    )
-    path = smooth_sketch(
-        twin.floor,
-        world.undistorted(path_px),
-        twin.limits,
-        smoothing_px=FINE_PX,
-        speed_mps=speed_mps,
-    )
-    drives, _, _ = followed(twin, path, lambda _: None)
-    return rms(distance_to_line(drives[-1].xy, line)) if len(drives) == 2 else None
-
-
-def _tolerance(limits: Limits) -> float:
-    """A centimetre for a robot of 0.3 m/s, and more for what is larger and faster."""
-    return 0.01 * max(1.0, limits.speed_mps / 0.3)
-
-
-def _patience(rig: Rig, goals: FloatArray) -> float:
-    """Time after which a drive through goals is given up [s]."""
-    here = rig.pilot.state_filter.predict(rig.t).uv
-    way = np.concatenate([here[None] if np.isfinite(here).all() else goals[:1], goals])
-    xy = rig.floor.position(way)
-    length = float(np.nansum(np.hypot(*np.diff(xy, axis=0).T)))
-    turns = 2 * np.pi * len(goals) / rig.limits.turn_rate_radps
-    return PATIENCE * (length / rig.limits.speed_mps + turns) + GRACE_S

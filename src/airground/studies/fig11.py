@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airground.calibration import calibrate
-from airground.control.point_to_point import PointToPoint
+from airground.control.goals.point_to_point import PointToPoint
 from airground.geometry import n_error
 from airground.sim.recording_noise import RecordingNoise
 from airground.sim.recording_plan import RecordingPlan

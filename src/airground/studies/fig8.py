@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airground.control import Floor
-from airground.control.flat_tracker import FlatTracker
-from airground.control.trajectory_spline import SplineTrajectory, times_at_speed
+from airground.control.trajectories.flat_tracker import FlatTracker
+from airground.control.trajectories.spline import SplineTrajectory, times_at_speed
 from airground.studies.drive_measures import distance_to_line
 from airground.studies.figure_drives import (
     SPEED_MPS,

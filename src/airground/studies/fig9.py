@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from airground.control.flat_tracker import FlatTracker
-from airground.control.trajectory import GroundEllipse
+from airground.control.trajectories.flat_tracker import FlatTracker
+from airground.control.trajectories.trajectory import GroundEllipse
 from airground.studies.drive_measures import distance_to_line, rms
 from airground.studies.fig8 import convergence_sheet
 from airground.studies.figure_drives import (

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.control import Floor
+from airground.control.estimation.state_filter import StateFilter
 from airground.control.pilot import Links, Pilot
-from airground.control.safety import SafetyLayer
-from airground.control.state_filter import StateFilter
+from airground.control.safety.layer import SafetyLayer
 from airground.geometry.arrays import FloatArray
 from airground.sim.point_eye import EyeOptions, PointEye
 from airground.sim.vehicle_odometry import Odometer

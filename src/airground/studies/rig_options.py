@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from airground.control import Limits
-from airground.control.safety_bounds import SafetyBounds
-from airground.control.state_filter_options import StateOptions
+from airground.control.estimation.options import StateOptions
+from airground.control.safety.bounds import SafetyBounds
 from airground.sim.vehicle_odometry import OdometryNoise
 from airground.sim.vehicle_options import PlantOptions
 
