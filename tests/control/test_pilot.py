@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from airground.control import STOP, Floor, Guidance, Limits, RobotState, VelocityCommand
 from airground.control.estimation.options import StateOptions
 from airground.control.estimation.state_filter import StateFilter
+from airground.control.goals import PointToPoint
 from airground.control.pilot import Links, Pilot
 from airground.control.safety.layer import SafetyLayer
 from airground.control.safety.types import StopReason
+from airground.control.separation import Fence
 from airground.geometry import LimitedHomography
 from airground.sim import demo_world
+from airground.sim.point_eye import EyeOptions, PointEye
+from airground.sim.vehicle_options import PlantOptions
+from airground.sim.vehicle_plant import VehiclePlant
 
 CAMERA = demo_world().camera
 DT = 0.025
@@ -96,3 +104,48 @@ def test_the_filter_knows_what_was_sent_not_what_was_wanted(pilot: Pilot) -> Non
     pilot.assign(Forward())
     ticks = [pilot.tick(k * DT, DT) for k in range(3)]  # nothing is known: all are stops
     assert told == [tick.sent.command for tick in ticks] == [STOP] * 3
+
+
+def compassless(pilot: Pilot, *, seconds: float, blocked: bool = False) -> VehiclePlant:
+    """A robot that tells nothing of itself, asked to go to a pixel."""
+    plant = VehiclePlant((0.0, 4.0), 0.7, options=PlantOptions(latency_s=0.05))
+    eye = PointEye(
+        CAMERA, plant.pose, EyeOptions(latency_s=0.05, sigma_px=0.3), np.random.default_rng(3)
+    )
+    goal = CAMERA.project(np.array([-0.8, 4.3]))
+    pilot.assign(PointToPoint(pilot.state_filter.floor, goal[None], Limits(), tolerance_m=0.02))
+    for k in range(round(seconds / DT)):
+        t = k * DT
+        plant.advance(t)
+        for seen in eye.sightings(t):
+            pilot.state_filter.see(seen.t, seen.uv)
+        tick = pilot.tick(t, DT, Links(frame_t=t))
+        if tick.wish.searching:
+            assert abs(tick.sent.command.v) <= pilot.safety.bounds.search_mps
+            assert tick.sent.command.omega == 0
+        plant.command(t, STOP if blocked else tick.sent.command)
+        if tick.done:
+            break
+    return plant
+
+
+def test_without_a_compass_it_looks_for_its_heading_and_then_arrives(pilot: Pilot) -> None:
+    plant = compassless(pilot, seconds=30.0)
+    assert np.hypot(*(plant.xy - [-0.8, 4.3])) < 0.04
+
+
+def test_it_does_not_look_for_its_heading_where_that_is_forbidden(pilot: Pilot) -> None:
+    layer = replace(pilot.safety, bounds=replace(pilot.safety.bounds, search_mps=0.0))
+    plant = compassless(Pilot(pilot.state_filter, layer), seconds=3.0)
+    assert_allclose(plant.xy, [0.0, 4.0])
+
+
+def test_beside_the_fence_it_does_not_look_for_its_heading(pilot: Pilot) -> None:
+    floor = pilot.state_filter.floor
+    corners = np.array([[-0.3, 3.0], [2.0, 3.0], [2.0, 5.0], [-0.3, 5.0]])  # 0.3 m from the robot
+    fence = Fence(floor, (CAMERA.project(corners),))
+    layer = SafetyLayer(floor, Limits(), None, fence=fence)
+    searcher = Pilot(pilot.state_filter, layer)
+    plant = compassless(searcher, seconds=3.0)
+    assert_allclose(plant.xy, [0.0, 4.0])
+    assert any(stop.reason is StopReason.LEAVING for stop in searcher.memory.stops)

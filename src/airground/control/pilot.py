@@ -52,6 +52,9 @@ class Wish:
     command: VelocityCommand
     """What it shall do: rest without a controller, within what the vehicle can do."""
 
+    searching: bool = False
+    """Whether it drives gently straight on, as its heading is unknown."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PilotTick:
@@ -82,6 +85,9 @@ class PilotTick:
 
 class Pilot:
     """Steers one robot: feed its `state_filter` as data arrive, call `tick` at a fixed rate, send what it says.
+
+    A robot without a compass first drives gently straight on (`SafetyBounds.search_mps`), until the image shows where
+    it heads.
 
     Parameters
     ----------
@@ -164,12 +170,15 @@ class Pilot:
         """
         state = self.state_filter.predict(t + self.state_filter.options.actuation_delay_s)
         guidance, command = None, STOP
-        if self._controller is not None:
+        searching = self._controller is not None and self.state_filter.searching
+        if searching:
+            command = VelocityCommand(self.safety.bounds.search_mps, 0.0)
+        elif self._controller is not None:
             guidance = self._controller.step(state, self._progress, dt)
             command = guidance.command
         if self.vehicle is not None and command.finite:
             command = self.vehicle.feasible(command)
-        return Wish(t, state, guidance, command)
+        return Wish(t, state, guidance, command, searching)
 
     def send(
         self,
@@ -208,6 +217,7 @@ class Pilot:
             operator_t=links.operator_t,
             robot_t=links.robot_t,
             stop=links.stop,
+            searching=wish.searching,
             separation=separation,
             trouble=trouble,
         )

@@ -1,4 +1,4 @@
-"""A sketch released, its path driven to and followed, and the same by who knows the true g: for `drive` and the demo."""
+"""A sketch released, its path driven to and followed, and the same with the true g: for `drive` and for the demo."""
 
 from __future__ import annotations
 

@@ -38,6 +38,9 @@ ticks = st.sampled_from([0.05] * 6 + [0.001, 0.2, 0.3, 5.0, 0.0, -0.1, nan, inf]
 matrices = st.sampled_from([SURE] * 4 + [None, SURE * nan, SURE * 300, -SURE, SURE * 1e308])
 
 
+LOST = np.diag([1e-4, 1e-4, 3.3, 1.0, 1.0])  # the place is known, the heading is not
+
+
 class AnythingGoes(RuleBasedStateMachine):
     """A layer, and an account of what it was told."""
 
@@ -165,6 +168,24 @@ class AnythingGoes(RuleBasedStateMachine):
         for age, most in ((frame, BOUNDS.camera_s), (operator, BOUNDS.operator_s), (robot, 0.5)):
             bad.append(age is not None and not -0.051 < age <= most + 1e-9)
         self.tick(command, now, must_stop=any(bad), dt=t - (self.t or 0.0))
+
+    @rule(command=commands, n=st.integers(1, 7))
+    def search(self, command: VelocityCommand | None, n: int) -> None:
+        """The heading is unknown: straight on and slow, from rest, or not at all."""
+        for _ in range(n):
+            first, t = self.t is None, 0.0 if self.t is None else self.t + 0.05
+            where = FLOOR.pixel(self.xy)
+            state = RobotState(t, where, nan, nan, nan, covariance=LOST, seen_t=t - 0.1)
+            fast = abs(self.before.v) > BOUNDS.search_mps or self.before.omega != 0
+            nothing = command is None or not command.finite
+            self.tick(
+                command,
+                Situation(t, state, searching=True),
+                must_stop=first or fast or nothing,
+                dt=0.05,
+            )
+            assert abs(self.before.v) <= BOUNDS.search_mps
+            assert self.before.omega == self.before.lateral == 0
 
     @rule()
     def release(self) -> None:

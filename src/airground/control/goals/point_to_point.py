@@ -231,15 +231,16 @@ class PointToPoint:
         return Sight(aim, (dx, dy), error, progress, self.goals_uv[index])
 
     def _aim(self, index: int, dx: float, dy: float, state: RobotState) -> Aim:
+        goal, (u, v) = self._goals[index], state.uv.tolist()
         c, s = cos(state.theta), sin(state.theta)
         ahead, left = c * dx + s * dy, c * dy - s * dx
         flowing = index > 0 and hypot(dx, dy) > 2 * self.passing_m
         if index == len(self._goals) - 1:
             final = None if self.heading is None else wrapped(self.heading - state.theta)
-            near = self.tolerance_m
-            if (
-                state.covariance is not None
-            ):  # nearer than its deviation, nothing can be steered for
+            # Whichever of the two tolerances is the tighter here, or it would rest beside a goal for ever.
+            px = hypot(goal[0] - u, goal[1] - v)
+            near = min(self.tolerance_m, self.tolerance_px * hypot(dx, dy) / px if px > 0 else inf)
+            if state.covariance is not None:  # nearer than its deviation nothing can be steered for
                 spread = float(state.covariance[0, 0]) + float(state.covariance[1, 1])
                 near = max(near, sqrt(spread)) if 0 <= spread < inf else near
             return Aim(ahead, left, near, 0.0, final, flowing)

@@ -118,7 +118,7 @@ class PointLaw:
             v = min(v, limits.turn_rate_radps * arc, sqrt(limits.lateral_acceleration_mps2 * arc))
         if aim.speed_there == 0:
             # So near, the bearing is made of noise: what is beside is left, what is ahead is driven.
-            omega *= min(max((d / aim.tolerance_m - 1) / 4, 0.0), 1.0)
+            omega *= min(max((d / aim.tolerance_m - 0.9) / 1.5, 0.0), 1.0)
         return v * slow, omega
 
     def speed(self, way: float, top: float, aim: Aim) -> float:

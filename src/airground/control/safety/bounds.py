@@ -88,6 +88,12 @@ class SafetyBounds:
     persist_s: float = 1.0
     """How long they may differ [s]."""
 
+    search_mps: float = 0.1
+    """Fastest while the heading is unknown and is looked for by driving [m/s]; 0 forbids that."""
+
+    search_m: float = 0.4
+    """Clearance from the fence that such a robot must have, as it may go any way [m]."""
+
     good_ticks: int = 5
     """Ticks without any cause before it goes, at the start and after a stop."""
 
@@ -103,7 +109,15 @@ class SafetyBounds:
                 raise InputError(f"{one.name} must be positive, not {value}")
             if one.name != "image_margin_px" and not value >= 0:
                 raise InputError(f"{one.name} must be 0 or more, not {value}")
-        finite = ("window_s", "response_s", "reaction_s", "fence_margin_m", "fence_sigmas")
+        finite = (
+            "search_mps",
+            "search_m",
+            "window_s",
+            "response_s",
+            "reaction_s",
+            "fence_margin_m",
+            "fence_sigmas",
+        )
         for name in (*finite, "image_margin_px", "speed_error_share", "turn_error_share"):
             if not isfinite(getattr(self, name)):
                 raise InputError(f"{name} must be finite, not {getattr(self, name)}")

@@ -6,7 +6,7 @@ It has no clock and no state of its own: what it must know of the past goes in a
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, isfinite, nan, pi, remainder, sin
+from math import cos, inf, isfinite, nan, pi, remainder, sin
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,8 +22,14 @@ from airground.control.safety.checks import (
     state_causes,
     time_causes,
 )
-from airground.control.safety.fence import STANDS_MPS, leaving_causes, outside_causes
+from airground.control.safety.fence import (
+    STANDS_MPS,
+    leaving_causes,
+    outside_causes,
+    spare_m,
+)
 from airground.control.safety.limits import limited, steady
+from airground.control.safety.search import gently, headless, search_causes, without_heading
 from airground.control.safety.types import (
     KEPT,
     Cause,
@@ -145,19 +151,30 @@ class SafetyLayer:
         causes += late
         causes += link_causes(now, self.bounds)
         causes += _answer_causes(command, now)
+        bounds, state = self.bounds, now.state
+        if now.searching:
+            bounds = without_heading(bounds)
+            command = None if command is None else gently(command, bounds)
+            state = None if state is None else headless(state)
         wanted = STOP
         if command is not None and command.finite and dt is not None:
             wanted = limited(command, memory.sent, dt, self.limits)
 
         place: Place | None = None
-        if now.state is None:
+        if state is None:
             causes.append((StopReason.TRACK, "there is no state: the robot has not been found"))
         else:
-            found, place = state_causes(now, now.state, self.floor, self.bounds)
+            found, place = state_causes(now, state, self.floor, bounds)
             causes += found
             if place is not None:
-                u, v = now.state.uv.tolist()
+                u, v = state.uv.tolist()
                 causes += place_causes(u, v, self._sigma, self.image_size_px, self.bounds)
+        if now.searching:  # what it does cannot be compared with what it was told
+            spare = inf
+            if self.fence is not None and place is not None:
+                spare = spare_m(place.x, place.y, place.sigma_m, self.fence, bounds)
+            causes += search_causes(memory.sent, spare, bounds)
+            return causes, _Tick(now.t, dt, memory.obedience, None, wanted)
         obedience, found = self._obedience(place, memory, dt)
         causes += found
         if self.fence is not None and place is not None and now.state is not None:

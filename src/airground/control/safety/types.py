@@ -165,6 +165,10 @@ class Situation:
     stop: bool = False
     """Whether the operator's STOP is pressed; it holds until it is released."""
 
+    searching: bool = False
+    """Whether the heading is unknown and the robot drives gently straight on to show it: then theta, v and omega may be
+    NaN, and nothing faster than `SafetyBounds.search_mps` is let pass."""
+
     separation: str = ""
     """Why robots are too close, in one line; empty where they are not."""
 
