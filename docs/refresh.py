@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).parent
-COMMANDS = ("", "demo", "track", "identify", "calibrate", "inspect", "speed", "reproduce")
+COMMANDS = ("", "demo", "track", "identify", "calibrate", "inspect", "speed", "drive", "reproduce")
 
 
 def main() -> None:
@@ -42,10 +42,10 @@ def main() -> None:
     images.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         subprocess.run([sys.executable, "-m", "airground", "demo", "--out", name], check=True)
-        for picture in ("overview.png", "view.png", "frame.png"):
+        for picture in ("overview.png", "view.png", "frame.png", "drive.png", "drive-frame.png"):
             shutil.copy(Path(name) / picture, images / f"demo-{picture}")
         subprocess.run([sys.executable, "-m", "airground", "reproduce", "--out", name], check=True)
-        for picture in ("fig4.png", "fig5.png"):
+        for picture in ("fig4.png", "fig5.png", "fig8.png", "fig9.png", "fig10.png", "fig11.png"):
             shutil.copy(Path(name) / picture, images / picture)
 
 

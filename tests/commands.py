@@ -42,7 +42,12 @@ def fails(capsys: pytest.CaptureFixture[str], argv: list[str], code: int) -> str
 
 
 def shorten_demo(monkeypatch: pytest.MonkeyPatch, *, rate_hz: float) -> None:
-    """Film less of the demo, so that it takes seconds; the cart comes into view just before the end."""
+    """Film and drive less of the demo, so that it takes seconds; the cart comes into view just before the end."""
     monkeypatch.setattr("airground.studies.demo.DURATION_S", 44.0)
     monkeypatch.setattr("airground.studies.film.RATE_HZ", rate_hz)
     monkeypatch.setattr("airground.studies.film.FILM_EVERY", 5)
+    monkeypatch.setattr("airground.studies.demo_drive.CAMERA_HZ", 8.0)
+    monkeypatch.setattr("airground.studies.demo_drive.GOALS_PX", ((600.0, 430.0),))
+    u = np.linspace(560.0, 760.0, 25)
+    sketch = np.column_stack([u, 420 + 30 * np.sin(u / 40)])
+    monkeypatch.setattr("airground.studies.demo_drive.hand_sketch", lambda _: sketch)

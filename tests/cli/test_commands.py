@@ -310,13 +310,24 @@ def test_demo_writes_everything_and_prints_its_figures(
     assert figures["elapsed_s"] > 0
     offset = figures["time_offset_s"] - figures["time_offset_true_s"]
     assert abs(offset) < 4 * figures["time_offset_sigma_s"]
+    assert figures["path_rms_m"] < 0.02
+    assert figures["path_rms_m"] < 1.2 * figures["oracle_path_rms_m"]  # a short drive, few pictures
+    (goal,) = figures["goals"]
+    assert goal["reached"]
+    assert goal["goal_error_px"] < 3
+    assert goal["goal_error_m"] < 0.015
+    assert figures["stops"] == 0
     assert sorted(p.name for p in out.iterdir()) == [
         "calibration.json",
         "demo.mp4",
+        "drive-frame.png",
+        "drive.mp4",
+        "drive.png",
         "frame.png",
         "ground.png",
         "motion.csv",
         "overview.png",
+        "path.csv",
         "report.html",
         "speeds.csv",
         "speeds.png",
@@ -324,13 +335,13 @@ def test_demo_writes_everything_and_prints_its_figures(
         "view.png",
     ]
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/png;base64,") == 4
+    assert page.count("data:image/png;base64,") == 6
     assert f"{figures['n']:.4f}" in page
     # The same seed gives the same recording, and the same calibration to the bit.
     again = tmp_path / "again"
     assert main(["demo", "--out", str(again), "--seed", "7"]) == 0
     assert "error of g" in capsys.readouterr().out
-    for name in ("tracks.csv", "motion.csv", "speeds.csv", "view.png"):
+    for name in ("tracks.csv", "motion.csv", "speeds.csv", "view.png", "drive.png"):
         assert (again / name).read_bytes() == (out / name).read_bytes()
     assert (
         Calibration.load(again / "calibration.json").model.g

@@ -12,6 +12,7 @@ from airground.sim.camera import SimCamera
 from airground.sim.flights import Shake, fly_over, hover, orbit
 from airground.sim.ground_texture import Ground, ground
 from airground.sim.lens import Lens
+from airground.sim.point_eye import EyeOptions, PointEye, Sighting
 from airground.sim.renderer import Renderer
 from airground.sim.scene import Scene, Sun
 from airground.sim.scene_camera import Pinhole
@@ -24,6 +25,10 @@ from airground.sim.scene_kinds import (
 )
 from airground.sim.scene_truth import BodyTruth
 from airground.sim.unicycle import SegmentDrive, arc, roll_out
+from airground.sim.vehicle_drives import VehicleKind
+from airground.sim.vehicle_odometry import Odometer, OdometryNoise, Reading
+from airground.sim.vehicle_options import PlantOptions
+from airground.sim.vehicle_plant import VehiclePlant
 from airground.sim.world import FigureEight, Transit, World, demo_world
 from airground.sim.world_camera import WorldCamera
 
@@ -33,22 +38,31 @@ __all__ = [
     "CalibrationDrive",
     "Disc",
     "DriveNoise",
+    "EyeOptions",
     "FigureEight",
     "Ground",
     "Lamp",
     "Lens",
+    "Odometer",
+    "OdometryNoise",
     "Part",
     "Patch",
     "Path",
     "Pinhole",
+    "PlantOptions",
+    "PointEye",
+    "Reading",
     "Renderer",
     "Scene",
     "SegmentDrive",
     "Shake",
+    "Sighting",
     "SimCamera",
     "Sun",
     "Tag",
     "Transit",
+    "VehicleKind",
+    "VehiclePlant",
     "World",
     "WorldCamera",
     "arc",

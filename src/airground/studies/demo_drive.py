@@ -41,7 +41,7 @@ GOALS_PX = ((420.0, 430.0), (860.0, 330.0), (700.0, 560.0))
 
 SKETCH_POINTS = 70
 HAND_PX = 1.5  # how much a hand trembles
-IMAGES = True  # tests that need no picture do without
+CAMERA_HZ = 20.0
 FILM_EVERY = 2  # frames
 
 
@@ -165,7 +165,7 @@ def demo_drive(
             calibration.model,
             calibration.covariance,
             limits=limits_for(world.speed_mps),
-            options=RigOptions(images=IMAGES),
+            options=RigOptions(images=True, camera_hz=CAMERA_HZ),
             seed=seed,
             undistorted=calibration.undistort,
             time_offset_s=calibration.time_offset_s,
@@ -173,12 +173,12 @@ def demo_drive(
         )
         path = released(rig, calibration.undistort(sketch), size_px=world.camera.image_size_px)
         film.path = path
-        if IMAGES:
-            temporary = stack.enter_context(replacing(out / "drive.mp4"))
-            rate = rig.options.camera_hz / FILM_EVERY
-            film.video = stack.enter_context(
-                VideoWriter(temporary, size_px=world.camera.image_size_px, rate_hz=rate)
+        temporary = stack.enter_context(replacing(out / "drive.mp4"))
+        film.video = stack.enter_context(
+            VideoWriter(
+                temporary, size_px=world.camera.image_size_px, rate_hz=CAMERA_HZ / FILM_EVERY
             )
+        )
         drives, _, _ = followed(rig, path, lambda line: say(f"drive: {line}"))
         to_start, along = drives[0], drives[-1]
         goal_drives, goals = [], []

@@ -7,6 +7,7 @@ calibration finds it, by its linear method and from the whole drive, and with th
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from airground.control.trajectories.spline import SplineTrajectory, times_at_spe
 from airground.studies.drive_measures import distance_to_line
 from airground.studies.figure_drives import (
     SPEED_MPS,
+    Models,
     Tracked,
     convergence,
     paper_models,
@@ -85,9 +87,14 @@ def drive_wave(truth: LimitedHomography, model: LimitedHomography, seed: int) ->
     )
 
 
+@lru_cache(maxsize=2)
+def _drives(seed: int) -> tuple[Models, dict[str, Tracked]]:
+    models = paper_models(seed)
+    return models, {name: drive_wave(models.truth, g, seed) for name, g in models.items()}
+
+
 def _compute(work: Work) -> Outcome:
-    models = paper_models(work.seed)
-    drives = {name: drive_wave(models.truth, model, work.seed) for name, model in models.items()}
+    models, drives = _drives(work.seed)
     document: Document = {"paper": dict(PAPER), "n": models.errors(), **convergence(drives)}
 
     def draw(path: Path) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,7 +65,7 @@ class _Ellipses:
     """Distance of what was driven, once it had settled, from the true ellipse [m]."""
 
 
-@cache
+@lru_cache(maxsize=2)
 def _ellipses(seed: int) -> _Ellipses:
     models = paper_models(seed)
     world = paper_world(START_UV, HEADING_RAD)
