@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
 from airground.control.command import STOP, VelocityCommand
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from airground.control.vehicles.wheels import Vehicle
 
 __all__ = ["Links", "Pilot", "PilotTick", "Wish"]
+
+STUCK, STUCK_S = 2, 5.0  # so many jumps under way, within so long, are a robot that does not get on
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +111,9 @@ class Pilot:
         self.memory = SafetyMemory()
         self._controller: Controller | None = None
         self._progress = 0.0
+        self._moved_t = -inf
+        self._jumps = 0
+        self._jumped_t: list[float] = []
 
     @property
     def controller(self) -> Controller | None:
@@ -133,6 +139,7 @@ class Pilot:
     def release(self) -> None:
         """Let go of stops that wait for a person: the operator's, and that of a robot that did not obey."""
         self.memory = self.memory.released()
+        self._jumped_t.clear()
 
     def tick(self, t: float, dt: float, links: Links | None = None) -> PilotTick:
         """Decide what to tell a robot that is alone.
@@ -209,15 +216,17 @@ class Pilot:
         links = links or Links()
         trouble = ""
         if wish.guidance is not None:
-            trouble = wish.guidance.trouble or self.state_filter.trouble
+            trouble = self.state_filter.trouble or wish.guidance.trouble
+        known = wish.searching or isfinite(wish.state.theta + float(wish.state.uv.sum()))
         situation = Situation(
             t=wish.t,
-            state=wish.state,
+            state=wish.state if known else None,  # the filter says why there is none
             frame_t=links.frame_t,
             operator_t=links.operator_t,
             robot_t=links.robot_t,
             stop=links.stop,
             searching=wish.searching,
+            disobeys=self._stuck(wish.t),
             separation=separation,
             trouble=trouble,
         )
@@ -227,4 +236,17 @@ class Pilot:
         if wish.guidance is not None and sent.stop is None:
             self._progress = wish.guidance.progress  # a robot that is stopped gets no further
         self.state_filter.sent(wish.t, sent.command)
+        if not sent.command.at_rest:
+            self._moved_t = wish.t
         return PilotTick(wish, sent)
+
+    def _stuck(self, t: float) -> str:
+        """Why it is taken to be stuck: to the filter, wheels that turn on the spot look like a robot carried back."""
+        jumps = self.state_filter.counts.jumps
+        if jumps != self._jumps and t - self._moved_t < STUCK_S / 4:
+            self._jumped_t.append(t)
+        self._jumps = jumps
+        self._jumped_t = [k for k in self._jumped_t if t - k < STUCK_S]
+        if len(self._jumped_t) < STUCK:
+            return ""
+        return f"for the {STUCK}nd time within {STUCK_S:g} s it is not where its wheels have it: blocked, or carried"

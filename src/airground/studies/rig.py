@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from airground.control import Controller, Limits
     from airground.control.pilot import PilotTick
+    from airground.control.separation import Fence
     from airground.geometry import LimitedHomography
     from airground.studies.driving_world import DrivingWorld
     from airground.vision.eyes import Look
@@ -102,6 +103,8 @@ class Rig:
         What the pilot takes the robot's clock to be ahead of the camera's.
     each : callable, optional
         Told of every picture, where they are rendered.
+    fenced : callable, optional
+        From the pilot's floor to the fence that the safety layer holds; none where not given.
     """
 
     def __init__(
@@ -116,6 +119,7 @@ class Rig:
         undistorted: Callable[[FloatArray], FloatArray] | None = None,
         time_offset_s: float = 0.0,
         each: Callable[[Look], None] | None = None,
+        fenced: Callable[[Floor], Fence] | None = None,
     ) -> None:
         self.world, self.limits, self.options = world, limits, options
         scale = limits.speed_mps / USUAL_MPS
@@ -163,6 +167,7 @@ class Rig:
                 limits,
                 covariance,
                 safety_bounds(scale),
+                fence=None if fenced is None else fenced(self.floor),
                 # The safety layer knows undistorted pixels only, whose image has no straight border.
                 image_size_px=None if world.lens is not None else world.camera.image_size_px,
             ),

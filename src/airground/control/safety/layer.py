@@ -303,6 +303,8 @@ def _answer_causes(command: VelocityCommand | None, now: Situation) -> list[Caus
     causes: list[Cause] = []
     if now.separation:
         causes.append((StopReason.SEPARATION, now.separation))
+    if now.disobeys:
+        causes.append((StopReason.DISOBEDIENCE, now.disobeys))
     if now.trouble:
         causes.append((StopReason.CONTROLLER, now.trouble))
     if command is None:

@@ -169,6 +169,9 @@ class Situation:
     """Whether the heading is unknown and the robot drives gently straight on to show it: then theta, v and omega may be
     NaN, and nothing faster than `SafetyBounds.search_mps` is let pass."""
 
+    disobeys: str = ""
+    """Why the robot is taken not to do what it is told, in one line, where others than this layer have seen that."""
+
     separation: str = ""
     """Why robots are too close, in one line; empty where they are not."""
 
