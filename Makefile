@@ -72,6 +72,13 @@ bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/moving.py rendered
 	$(BIN)/python benchmarks/render.py
 	$(BIN)/python benchmarks/eyes.py
+	$(BIN)/python benchmarks/driving.py
+	$(BIN)/python benchmarks/drive_peers.py
+	$(BIN)/python benchmarks/state_filter.py
+	$(BIN)/python benchmarks/sketch.py
+	$(BIN)/python benchmarks/separation.py --scenes 40
+	$(BIN)/python benchmarks/separation_solvers.py
+	$(BIN)/python benchmarks/safety.py
 
 docs: $(VENV)/made-test
 	$(BIN)/python docs/refresh.py
