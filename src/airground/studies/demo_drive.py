@@ -43,6 +43,7 @@ SKETCH_POINTS = 70
 HAND_PX = 1.5  # how much a hand trembles
 CAMERA_HZ = 20.0
 FILM_EVERY = 2  # frames
+UNDER_WAY = 50  # frames of the film after a goal was clicked: the robot is about half way
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,6 +231,7 @@ class _Film:
         self.telling: np.ndarray[tuple[int, ...], np.dtype[np.uint8]] | None = None
         self._calibration = calibration
         self._overlay = Overlay(calibration=calibration, names=names)
+        self._second = 0
 
     def add(self, look: Look) -> None:
         """Take a picture."""
@@ -242,5 +244,7 @@ class _Film:
         for k, uv in enumerate(self.goals):
             draw_goal(image, uv, reached=k < self.reached)
         self.video.write(image)
-        if len(self.goals) == 2 or self.telling is None:  # path, a goal reached, another one ahead
+        self._second += len(self.goals) == 2
+        # A path, a goal reached, and the robot on its way to another one.
+        if self.telling is None or (len(self.goals) == 2 and self._second <= UNDER_WAY):
             self.telling = image
