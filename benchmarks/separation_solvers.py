@@ -16,7 +16,7 @@ import osqp  # type: ignore[import-not-found,import-untyped,unused-ignore]
 from scipy import sparse  # type: ignore[import-untyped]
 from separation import drive, random_scene  # type: ignore[import-not-found]
 
-from airground.control import separation
+from airground.control.separation import filter as separation
 from airground.control.separation.filter import SeparationFilter
 from airground.control.separation.qp import nearest
 from airground.control.separation.rows import certain

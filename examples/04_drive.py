@@ -50,7 +50,7 @@ def main() -> None:
             for r in odometer.readings(t):
                 pilot.state_filter.read(r.t, heading=r.theta, speed=r.v, turn_rate=r.omega)
             tick = pilot.tick(t, DT)
-            plant.command(t, tick.sent.command)
+            plant.command(t, tick.command)
             if tick.done:
                 break
         return plant.now - begun

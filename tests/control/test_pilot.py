@@ -123,7 +123,7 @@ def compassless(pilot: Pilot, *, seconds: float, blocked: bool = False) -> Vehic
         if tick.wish.searching:
             assert abs(tick.sent.command.v) <= pilot.safety.bounds.search_mps
             assert tick.sent.command.omega == 0
-        plant.command(t, STOP if blocked else tick.sent.command)
+        plant.command(t, STOP if blocked else tick.command)
         if tick.done:
             break
     return plant

@@ -61,7 +61,7 @@ def test_two_that_meet_head_on_pass_each_other(rng: np.random.Generator) -> None
                 member.pilot.state_filter.read(r.t, heading=r.theta, speed=r.v, turn_rate=r.omega)
         answer = team.tick(t, DT, {name: Links(frame_t=t - 0.1) for name in members})
         for name, tick in answer.ticks.items():
-            plants[name].command(t, tick.sent.command)
+            plants[name].command(t, tick.command)
             if tick.done:
                 arrived.add(name)
         nearest = min(nearest, float(np.hypot(*(plants["left"].xy - plants["right"].xy))))

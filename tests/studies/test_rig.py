@@ -133,3 +133,31 @@ def test_a_robot_that_is_lost_or_stuck_is_stopped(fault: str) -> None:
     held = driven.t > float(last.split(" s:")[0])
     assert held.sum() > 100
     assert (driven.commands[held] == 0).all()  # for good: a person has to look after it
+
+
+@pytest.mark.parametrize("wheels", [0.8, 1.25])
+def test_the_ground_speed_is_held_with_wheels_of_another_size(wheels: float) -> None:
+    """Told 0.2 m/s, from near to far, while the scale of the image halves."""
+
+    def mean_speed(*, hold: bool) -> float:
+        world = replace(WORLD, start_m=(-0.4, 3.0), heading_rad=np.pi / 2)
+        loop = Rig(
+            world,
+            world.model,
+            None,
+            limits=limits_for(0.2),
+            options=RigOptions(sigma_px=0.5, wheels=wheels, hold_speed=hold),
+            seed=4,
+        )
+        loop.settle()
+        line = np.stack([pixel(-0.4, y) for y in np.linspace(3.0, 6.0, 40)])
+        path = smooth_sketch(loop.floor, line, loop.limits)
+        along = loop.drive(PathFollower(path, loop.limits, response_s=LAG_S), most_s=60)
+        assert along.done
+        inner = (along.t - along.t[0] > 6.0) & (along.xy[:, 1] < 5.7)
+        return float(along.v[inner].mean())
+
+    assert mean_speed(hold=True) == pytest.approx(
+        0.2, rel=0.03
+    )  # slip, and what the filter has of it
+    assert mean_speed(hold=False) == pytest.approx(0.2 * wheels, rel=0.05)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf, isfinite
+from dataclasses import dataclass, replace
+from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 from airground.control.command import STOP, VelocityCommand
 from airground.control.safety.types import SafetyMemory, Situation
+from airground.control.speed_hold import SpeedMemory
 
 if TYPE_CHECKING:
     from airground.control.controller import Controller, Guidance
     from airground.control.estimation.state_filter import StateFilter
     from airground.control.safety.layer import SafetyLayer
     from airground.control.safety.types import Sent
+    from airground.control.speed_hold import SpeedHold
     from airground.control.state import RobotState
     from airground.control.vehicles.wheels import Vehicle
 
@@ -46,6 +48,9 @@ class Wish:
     t: float
     """Now [s]."""
 
+    dt: float
+    """Until the next tick [s]."""
+
     state: RobotState
     """What is believed of it, at the time when the command takes effect."""
 
@@ -67,7 +72,10 @@ class PilotTick:
     """What the robot would do if it were alone."""
 
     sent: Sent
-    """What goes to the robot, and why."""
+    """What the safety layer let pass, and why."""
+
+    command: VelocityCommand
+    """What goes to the robot: that, or with a `SpeedHold` that in the robot's own unit of speed."""
 
     @property
     def t(self) -> float:
@@ -100,14 +108,23 @@ class Pilot:
         What every command passes.
     vehicle : Vehicle, optional
         What the robot can do at all; a unicycle where not given.
+    speed_hold : SpeedHold, optional
+        Holds the speed in metres per second where the robot's own unit is another, such as with a wheel that is worn:
+        by at most its bound, and behind the safety layer, whose limits are those of the ground.
     """
 
     def __init__(
-        self, state_filter: StateFilter, safety: SafetyLayer, vehicle: Vehicle[Any] | None = None
+        self,
+        state_filter: StateFilter,
+        safety: SafetyLayer,
+        vehicle: Vehicle[Any] | None = None,
+        speed_hold: SpeedHold | None = None,
     ) -> None:
         self.state_filter = state_filter
         self.safety = safety
         self.vehicle = vehicle
+        self.speed_hold = speed_hold
+        self.speed_memory = SpeedMemory()
         self.memory = SafetyMemory()
         self._controller: Controller | None = None
         self._progress = 0.0
@@ -156,7 +173,7 @@ class Pilot:
         Returns
         -------
         tick : PilotTick
-            Its `sent.command` goes to the robot, and nothing else.
+            Its `command` goes to the robot, and nothing else.
         """
         return self.send(self.wish(t, dt), links)
 
@@ -185,7 +202,7 @@ class Pilot:
             command = guidance.command
         if self.vehicle is not None and command.finite:
             command = self.vehicle.feasible(command)
-        return Wish(t, state, guidance, command, searching)
+        return Wish(t, dt, state, guidance, command, searching)
 
     def send(
         self,
@@ -211,7 +228,7 @@ class Pilot:
         Returns
         -------
         tick : PilotTick
-            Its `sent.command` goes to the robot, and nothing else.
+            Its `command` goes to the robot, and nothing else.
         """
         links = links or Links()
         trouble = ""
@@ -235,10 +252,22 @@ class Pilot:
         self.memory = sent.memory
         if wish.guidance is not None and sent.stop is None:
             self._progress = wish.guidance.progress  # a robot that is stopped gets no further
-        self.state_filter.sent(wish.t, sent.command)
-        if not sent.command.at_rest:
+        told = self._in_own_unit(wish, sent.command)
+        self.state_filter.sent(wish.t, told)
+        if not told.at_rest:
             self._moved_t = wish.t
-        return PilotTick(wish, sent)
+        return PilotTick(wish, sent, told)
+
+    def _in_own_unit(self, wish: Wish, command: VelocityCommand) -> VelocityCommand:
+        if self.speed_hold is None:
+            return command
+        state, sigma = wish.state, 0.0
+        if state.covariance is not None:
+            sigma = sqrt(max(float(state.covariance[3, 3]), 0.0))
+        v, self.speed_memory = self.speed_hold.step(
+            self.speed_memory, command.v, state.v, wish.dt, sigma_mps=sigma
+        )
+        return replace(command, v=v)
 
     def _stuck(self, t: float) -> str:
         """Why it is taken to be stuck: to the filter, wheels that turn on the spot look like a robot carried back."""

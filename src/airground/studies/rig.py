@@ -11,6 +11,7 @@ from airground.control import Floor
 from airground.control.estimation.state_filter import StateFilter
 from airground.control.pilot import Links, Pilot
 from airground.control.safety.layer import SafetyLayer
+from airground.control.speed_hold import SpeedHold
 from airground.geometry.arrays import FloatArray
 from airground.sim.point_eye import EyeOptions, PointEye
 from airground.sim.vehicle_odometry import Odometer
@@ -171,6 +172,7 @@ class Rig:
                 # The safety layer knows undistorted pixels only, whose image has no straight border.
                 image_size_px=None if world.lens is not None else world.camera.image_size_px,
             ),
+            speed_hold=SpeedHold() if options.hold_speed else None,
         )
         self._tick = 0
 
@@ -228,7 +230,7 @@ class Rig:
             uv=self.world.distorted(self.world.camera.project(xy)),
             v=np.array([v for v, _ in moving]),
             omega=np.array([omega for _, omega in moving]),
-            commands=np.array([(k.sent.command.v, k.sent.command.omega) for k in ticks]),
+            commands=np.array([(k.command.v, k.command.omega) for k in ticks]),
             progress=np.array([k.guidance.progress for k in ticks if k.guidance is not None]),
             done=last.done,
             trouble="" if last.done else trouble,
@@ -278,6 +280,6 @@ class Rig:
         frames = self._eye.frames
         frame_t = (frames - 1) / self.options.camera_hz if frames else None
         tick = self.pilot.tick(t, 1 / rate, Links(frame_t=frame_t))
-        self.plant.command(t, tick.sent.command)
+        self.plant.command(t, tick.command)
         self._tick += 1
         return tick

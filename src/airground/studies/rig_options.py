@@ -74,6 +74,13 @@ class RigOptions:
     images: bool = False
     """Whether pictures are rendered, and the robot's tag is found in them."""
 
+    wheels: float = 1.0
+    """Size of the robot's wheels over what it takes them for: it drives so much faster than it is told and than it
+    reads."""
+
+    hold_speed: bool = True
+    """Whether the pilot finds that out and allows for it."""
+
     predict: bool = True
     """Whether the pilot allows for what is late; without, it takes what it saw last for now."""
 
@@ -96,6 +103,7 @@ def plant_options(options: RigOptions, scale: float) -> PlantOptions:
     usual = PlantOptions()
     return PlantOptions(
         latency_s=options.actuation_s,
+        speed_scale=options.wheels,
         speed_mps=usual.speed_mps * scale,
         reverse_mps=usual.reverse_mps * scale,
         acceleration_mps2=usual.acceleration_mps2 * scale,
