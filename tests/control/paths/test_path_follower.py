@@ -117,7 +117,8 @@ def test_it_stays_on_the_path_and_stops_at_its_end(dt: float, limits: Limits) ->
     assert (np.abs(omega) * limits.turn_radius_m <= v + 1e-9).all()
     assert np.diff(v)[:-1].min() / dt > -1.1 * limits.deceleration_mps2
     assert v[-2] < 0.05  # the last step is to rest
-    assert len(v) * dt == pytest.approx(path.duration, rel=0.06)
+    # The last decimetre is driven more gently than planned, at v = gap / (4 tau), tau = 0.1 s: about 1.3 s more.
+    assert len(v) * dt == pytest.approx(path.duration + 1.3, rel=0.06)
     # Each said error is the one that is.
     assert ran.last.error_m == pytest.approx(np.hypot(*(ran.xy[-1] - ground(path)[-1])), abs=1e-3)
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from airground.control.command import STOP, VelocityCommand
 from airground.control.controller import Guidance
+from airground.control.drive_laws import closing_rate
 from airground.control.paths.speed_profile import speed_profile
 from airground.errors import InputError
 
@@ -249,6 +250,8 @@ class PathFollower:
         gap = hypot(left, left_over) if last else max(left_over, 0.0)
         # From rest at the end back: never faster than lets it stop there, if it reacts late by tau.
         v = min(v, sqrt((loss * tau) ** 2 + 2 * loss * gap) - loss * tau)
+        # And the last of it so gently that a drive which lags by tau does not run over: critically damped.
+        v = min(v, closing_rate(gap, 1 / (4 * tau), v, loss))
         wanted = atan2(-left, left_over if last else reach)
         error = remainder(wanted - heading, 2 * pi)
         c = cos(error)
