@@ -78,3 +78,13 @@ def test_a_lens_is_drawn_with_the_rest(calibration: Calibration) -> None:
 def test_the_robot_starts_in_view() -> None:
     world = demo_driving_world()
     assert world.camera.visible(np.array(world.start_m), 50.0)
+
+
+def test_without_an_image_size_the_image_holds_what_is_asked_for(calibration: Calibration) -> None:
+    unsized = replace(calibration, image_size_px=None)
+    rng = np.random.default_rng(0)
+    width, height = world_of_calibration(unsized, rng).camera.image_size_px
+    far = np.array([[width + 300.0, height / 2]])
+    wider = world_of_calibration(unsized, np.random.default_rng(0), far).camera.image_size_px
+    assert wider[0] > width + 300
+    assert wider[1] == height

@@ -69,7 +69,8 @@ def drive_in_world(
     FileError
         If `out` cannot be made or written to.
     """
-    world, why = world_for(calibration, seed=order.seed)
+    asked = np.array(order.goals_px) if order.drawn is None else order.drawn.uv
+    world, why = world_for(calibration, seed=order.seed, shown_px=asked)
     if out is not None:
         make_folder(out)
     if world.name != "demo":

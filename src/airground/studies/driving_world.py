@@ -138,7 +138,9 @@ def demo_driving_world(seed: int = 0, *, clock_offset_s: float = 0.0) -> Driving
     )
 
 
-def world_of_calibration(calibration: Calibration, rng: np.random.Generator) -> DrivingWorld:
+def world_of_calibration(
+    calibration: Calibration, rng: np.random.Generator, shown_px: FloatArray | None = None
+) -> DrivingWorld:
     """Make a world that the calibration could have come from: its g and lens, off by what they are uncertain.
 
     Parameters
@@ -147,6 +149,8 @@ def world_of_calibration(calibration: Calibration, rng: np.random.Generator) -> 
         Says where the camera is, and how sure that is.
     rng : Generator
         Draws the truth from the calibration's covariance.
+    shown_px : (N, 2) array, optional [px]
+        Raw pixels that the image must hold, where the calibration does not say how large it is.
 
     Returns
     -------
@@ -170,7 +174,7 @@ def world_of_calibration(calibration: Calibration, rng: np.random.Generator) -> 
     if c.lens is not None:
         k1 = c.lens.k1 + (float(draw[6]) if len(draw) > 6 else 0.0)
         lens = Lens(k1, (float(c.lens.center[0]), float(c.lens.center[1])))
-    middle, size = _region(c)
+    middle, size = _region(c, shown_px)
     ground_uv = middle if lens is None else lens.undistort(middle)
     try:
         model = LimitedHomography(c.model.g + draw[:6].reshape(3, 2))
@@ -192,7 +196,9 @@ def world_of_calibration(calibration: Calibration, rng: np.random.Generator) -> 
     )
 
 
-def world_for(calibration: Calibration, *, seed: int) -> tuple[DrivingWorld, str]:
+def world_for(
+    calibration: Calibration, *, seed: int, shown_px: FloatArray | None = None
+) -> tuple[DrivingWorld, str]:
     """Choose the world to drive in.
 
     Parameters
@@ -201,6 +207,8 @@ def world_for(calibration: Calibration, *, seed: int) -> tuple[DrivingWorld, str
         To drive with.
     seed : int
         Of the floor, and of the truth that is drawn.
+    shown_px : (N, 2) array, optional [px]
+        Raw pixels that the image must hold, where the calibration does not say how large it is.
 
     Returns
     -------
@@ -221,18 +229,21 @@ def world_for(calibration: Calibration, *, seed: int) -> tuple[DrivingWorld, str
         bias = angle if abs(angle) > SAME else 0.0
         return replace(demo, compass_bias_rad=bias), "the demo's warehouse"
     return (
-        replace(world_of_calibration(calibration, rng), clock_offset_s=clock),
+        replace(world_of_calibration(calibration, rng, shown_px), clock_offset_s=clock),
         "a world drawn from the calibration and its uncertainty, as it is not one of the demo's camera",
     )
 
 
-def _region(calibration: Calibration) -> tuple[FloatArray, tuple[int, int]]:
+def _region(
+    calibration: Calibration, shown_px: FloatArray | None
+) -> tuple[FloatArray, tuple[int, int]]:
     """Middle of where targets were seen, and a size for the image."""
     corners = _corners(calibration)
     middle = (corners[0] + corners[2]) / 2
     if calibration.image_size_px is not None:
         return middle, calibration.image_size_px
-    size = np.ceil(np.maximum(corners.max(axis=0) * 1.1, 16)).astype(int)
+    held = corners if shown_px is None else np.concatenate([corners, shown_px])
+    size = np.ceil(np.maximum(held.max(axis=0) * 1.1, 16)).astype(int)
     return middle, (int(size[0]), int(size[1]))
 
 
