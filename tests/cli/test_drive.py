@@ -78,6 +78,14 @@ def test_along_a_path_as_well_as_with_the_true_g(capsys: pytest.CaptureFixture[s
     assert result["max_speed_mps"] < 0.28
 
 
+def test_seen_in_rendered_images(capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["drive", "--calibration", "c.json", "--goal", "600,400"]  # images are the default here
+    result = answer(capsys, argv)
+    assert result["sight"] == "images"
+    assert result["reached"]
+    assert result["goal_error_px"] < 2
+
+
 def test_the_same_seed_drives_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     first, again = answer(capsys, GOAL), answer(capsys, GOAL)
     other = answer(capsys, [*GOAL, "--seed", "1"])
