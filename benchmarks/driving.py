@@ -174,9 +174,7 @@ def to_goals(rig: Rig, sketch: FloatArray) -> list[tuple[float, float]]:
             PointToPoint(rig.floor, goal[None], rig.limits, response_s=LAG_S), most_s=60
         )
         assert drive.done, drive.trouble
-        xy, uv = rig.rest(0.5)
-        there = rig.world.camera.unproject(goal)
-        found.append((float(np.hypot(*(uv - goal))), float(np.hypot(*(xy - there)))))
+        found.append(rig.stands_off(goal))
     return found
 
 

@@ -48,20 +48,6 @@ def test_what_is_no_ground_is_nan(floor: Floor) -> None:
     assert np.isnan(floor.pixel(behind)).all()
 
 
-def test_jacobians_are_derivatives_of_the_projection(floor: Floor) -> None:
-    xy, step = CAMERA.unproject(UV), 1e-5
-    for place, uv in zip(xy, UV, strict=True):
-        columns = [
-            (CAMERA.project(place + step * e) - CAMERA.project(place - step * e)) / (2 * step)
-            for e in np.eye(2)
-        ]
-        assert_allclose(floor.jacobian(uv), np.column_stack(columns), rtol=1e-6)
-        w = np.array([0.4, 0.7])
-        uv_dot = floor.jacobian(uv) @ w
-        ahead, back = (floor.jacobian(CAMERA.project(place + s * step * w)) for s in (1, -1))
-        assert_allclose(floor.jacobian_rate(uv, uv_dot), (ahead - back) / (2 * step), rtol=1e-5)
-
-
 def test_a_left_handed_ground_is_told_apart() -> None:
     mirrored = CAMERA.image_from_ground @ np.diag([1.0, -1.0, 1.0])
     camera = SimCamera(mirrored, CAMERA.image_size_px)

@@ -44,9 +44,6 @@ class Floor:
     side: float = field(init=False, repr=False)
     """Sign of n.c on visible ground: -1 where the ground frame is right-handed, seen from above."""
 
-    _rows: tuple[tuple[float, ...], ...] = field(init=False, repr=False)
-    """Rows of g, then the horizon, as plain numbers: NumPy is slow on two of them."""
-
     def __post_init__(self) -> None:
         origin = readonly(self.origin_uv, (2,), "origin_uv")
         G = readonly(self.model.image_from_ground(origin), (3, 3), "image_from_ground")
@@ -54,8 +51,6 @@ class Floor:
         object.__setattr__(self, "origin_uv", origin)
         object.__setattr__(self, "image_from_ground", G)
         object.__setattr__(self, "ground_from_image", H)
-        rows = (*self.model.g.tolist(), self.model.horizon.tolist())
-        object.__setattr__(self, "_rows", tuple(map(tuple, rows)))
         object.__setattr__(self, "side", float(np.sign(G[2, 2])))
 
     @property
@@ -137,49 +132,3 @@ class Floor:
         """
         step = self.position(a_uv) - self.position(b_uv)
         return np.asarray(np.hypot(step[..., 0], step[..., 1]))
-
-    def jacobian(self, uv: FloatArray) -> FloatArray:
-        """J of eq. 15 at one point: ``uv_dot = J @ xy_dot``.
-
-        Parameters
-        ----------
-        uv : (2,) array [px]
-            Image point.
-
-        Returns
-        -------
-        J : (2, 2) array [px/m]
-            ``(n.c) (A - c b)``, singular on the horizon; like `LimitedHomography.jacobian`, without its checks.
-        """
-        u, v = float(uv[0]), float(uv[1])
-        (a, b), (c, d), (e, f), (n0, n1, n2) = self._rows
-        nc = n0 * u + n1 * v + n2
-        return np.array(
-            [[nc * (a - u * e), nc * (b - u * f)], [nc * (c - v * e), nc * (d - v * f)]]
-        )
-
-    def jacobian_rate(self, uv: FloatArray, uv_dot: FloatArray) -> FloatArray:
-        """Rate of J along a motion of one point: ``uv_ddot = J @ xy_ddot + J_dot @ xy_dot``.
-
-        Parameters
-        ----------
-        uv : (2,) array [px]
-            Image point.
-        uv_dot : (2,) array [px/s]
-            Its velocity.
-
-        Returns
-        -------
-        J_dot : (2, 2) array [px/m/s]
-            ``(n.c') (A - c b) - (n.c) c' b``.
-        """
-        u, v = float(uv[0]), float(uv[1])
-        u_dot, v_dot = float(uv_dot[0]), float(uv_dot[1])
-        (a, b), (c, d), (e, f), (n0, n1, n2) = self._rows
-        nc, rate = n0 * u + n1 * v + n2, n0 * u_dot + n1 * v_dot
-        return np.array(
-            [
-                [rate * (a - u * e) - nc * u_dot * e, rate * (b - u * f) - nc * u_dot * f],
-                [rate * (c - v * e) - nc * v_dot * e, rate * (d - v * f) - nc * v_dot * f],
-            ]
-        )

@@ -1,6 +1,7 @@
 """Files: recordings and calibrations; read strictly, written whole or not at all."""
 
 from airground.records.atomic import replacing, write_bytes, write_text
+from airground.records.folders import make_folder
 from airground.records.path_files import DrawnPath, read_path, write_path
 from airground.records.recordings_files import read_motion, read_tracks
 from airground.records.recordings_writers import (
@@ -12,6 +13,7 @@ from airground.records.recordings_writers import (
 
 __all__ = [
     "DrawnPath",
+    "make_folder",
     "read_motion",
     "read_path",
     "read_tracks",

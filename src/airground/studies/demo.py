@@ -13,9 +13,15 @@ import numpy as np
 
 from airground.calibration import Provenance, Speeds, calibrate, measure_speeds
 from airground.calibration.inspection import Inspection, inspect_calibration
-from airground.errors import FileError
 from airground.geometry import n_error, velocity_map_error
-from airground.records import read_motion, read_tracks, write_motion, write_speeds, write_tracks
+from airground.records import (
+    make_folder,
+    read_motion,
+    read_tracks,
+    write_motion,
+    write_speeds,
+    write_tracks,
+)
 from airground.sim import (
     CalibrationDrive,
     DriveNoise,
@@ -164,10 +170,7 @@ def run_demo(
     """
     started = time.perf_counter()
     duration_s = DURATION_S if duration_s is None else duration_s
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(str(out), f"cannot be made: {error.strerror or error}") from error
+    make_folder(out)
 
     world = demo_world()
     scene = demo_scene(seed, world=world)

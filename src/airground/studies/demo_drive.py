@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from airground.calibration import Calibration
     from airground.control.paths.image_path import ImagePath
     from airground.geometry.arrays import FloatArray
-    from airground.studies.driving_world import DrivingWorld
     from airground.vision.eyes import Look
 
 __all__ = ["GOALS_PX", "DemoDrive", "DemoGoal", "demo_drive", "hand_sketch"]
@@ -191,7 +190,7 @@ def demo_drive(
                 rig.floor, calibration.undistort(uv)[None], rig.limits, response_s=LAG_S
             )
             goal_drives.append(rig.drive(to, most_s=60.0))
-            goals.append(_goal(world, rig, uv, goal_drives[-1]))
+            goals.append(DemoGoal(uv, goal_drives[-1].done, *rig.stands_off(uv)))
             film.reached = len(film.goals)
         if film.telling is not None:
             with replacing(out / "drive-frame.png") as picture:
@@ -209,14 +208,6 @@ def demo_drive(
         path_rms_px=rms(distance_to_line(along.uv, path_px)),
         path_rms_m=rms(distance_to_line(along.xy, line)),
         oracle_path_rms_m=oracle_rms(rig, path_px, line, seed=seed),
-    )
-
-
-def _goal(world: DrivingWorld, rig: Rig, uv: FloatArray, drive: Drive) -> DemoGoal:
-    stands, seen = rig.rest(0.5)
-    there = world.camera.unproject(uv)
-    return DemoGoal(
-        uv, drive.done, float(np.hypot(*(seen - uv))), float(np.hypot(*(stands - there)))
     )
 
 

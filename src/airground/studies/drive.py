@@ -8,12 +8,12 @@ import numpy as np
 
 from airground.control.goals.point_to_point import PointToPoint
 from airground.errors import InputError
-from airground.studies.drive_checks import check_goal, make_folder
+from airground.records import make_folder
+from airground.studies.drive_checks import check_goal
 from airground.studies.drive_measures import distance_to_line, rms
 from airground.studies.drive_result import DriveOrder, DriveResult, write_drive
 from airground.studies.driving_world import world_for
 from airground.studies.path_drive import (
-    REST_S,
     followed,
     oracle_rms,
     patience,
@@ -124,8 +124,7 @@ def _to_goals(
         ),
         most_s=patience(rig, goals),
     )
-    xy, uv = rig.rest(REST_S)
-    goal_xy = rig.world.camera.unproject(rig.world.undistorted(raw[-1]))
+    off_px, off_m = rig.stands_off(raw[-1])
     return DriveResult(
         rig.world,
         why,
@@ -133,8 +132,8 @@ def _to_goals(
         reached=drive.done,
         trouble=drive.trouble,
         goal_px=raw[-1],
-        goal_error_px=float(np.hypot(*(uv - raw[-1]))),
-        goal_error_m=float(np.hypot(*(xy - goal_xy))),
+        goal_error_px=off_px,
+        goal_error_m=off_m,
         images=rig.options.images,
     )
 

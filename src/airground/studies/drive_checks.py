@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.errors import FileError, InputError, UndeterminedError
+from airground.errors import InputError, UndeterminedError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from airground.calibration import Calibration
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["check_goal", "make_folder"]
+__all__ = ["check_goal"]
 
 WORST_SIGMA = 0.2  # relative deviation of ground velocities where a robot is still sent to
 
@@ -56,22 +54,3 @@ def check_goal(calibration: Calibration, uv: FloatArray, what: str = "the goal")
             f"the calibration leaves speeds at {what} {u:g},{v:g} uncertain by {sigma:.0%}; "
             "calibrate with a drive that comes nearer to it"
         )
-
-
-def make_folder(folder: Path) -> None:
-    """Make a folder where it is missing.
-
-    Parameters
-    ----------
-    folder : Path
-        To write to later: better told before the long work than after.
-
-    Raises
-    ------
-    FileError
-        If it cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(str(folder), f"cannot be made: {error.strerror or error}") from error

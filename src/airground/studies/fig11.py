@@ -108,14 +108,14 @@ def _compute(work: Work) -> Outcome:
     for goal in goals:
         to = PointToPoint(rig.floor, goal[None], rig.limits, response_s=LAG_S)
         drive = rig.drive(to, most_s=60.0)
-        xy, uv = rig.rest(0.5)
+        off_px, off_m = rig.stands_off(goal)
         drives.append(drive)
         rows.append(
             {
                 "reached": drive.done,
                 "time_s": drive.duration,
-                "goal_error_px": float(np.hypot(*(uv - goal))),
-                "goal_error_m": float(np.hypot(*(xy - world.camera.unproject(goal)))),
+                "goal_error_px": off_px,
+                "goal_error_m": off_m,
             }
         )
     document: Document = {

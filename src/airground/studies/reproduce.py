@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from airground.errors import FileError, InputError
+from airground.errors import InputError
+from airground.records import make_folder
 from airground.records.atomic import replacing, write_text
 from airground.studies.fig4 import FIG4
 from airground.studies.fig5 import FIG5
@@ -82,7 +83,7 @@ def reproduce(
     if seed < 0:
         raise InputError(f"seed must be 0 or more, not {seed}")
     if out is not None:
-        _make(out)  # before the long work, not after
+        make_folder(out)  # before the long work, not after
     work = Work(trials, seed, progress)
     outcomes = {name: ITEMS[name].compute(work) for name in names}
     result: dict[str, object] = {name: outcome.document for name, outcome in outcomes.items()}
@@ -116,13 +117,6 @@ def _chosen(items: Sequence[str]) -> list[str]:
         if name not in ITEMS:
             raise InputError(f"there is no item {name!r}; there are {known}")
     return list(dict.fromkeys(items)) or list(ITEMS)
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FileError(str(folder), f"cannot be made: {error.strerror or error}") from error
 
 
 def _write(out: Path, outcomes: Mapping[str, Outcome], result: Mapping[str, object]) -> None:

@@ -261,6 +261,27 @@ class Rig:
         xy = self.plant.xy
         return xy, self.world.distorted(self.world.camera.project(xy))
 
+    def stands_off(self, goal_px: FloatArray, seconds: float = 0.5) -> tuple[float, float]:
+        """Stand, and measure how far from a goal, in truth.
+
+        Parameters
+        ----------
+        goal_px : (2,) array [px]
+            Where the robot's mark should be, in raw pixels.
+        seconds : float [s]
+            How long it stands before it is measured.
+
+        Returns
+        -------
+        off_px : float [px]
+            Distance in the image.
+        off_m : float [m]
+            Distance on the ground.
+        """
+        xy, uv = self.rest(seconds)
+        there = self.world.camera.unproject(self.world.undistorted(goal_px))
+        return float(np.hypot(*(uv - goal_px))), float(np.hypot(*(xy - there)))
+
     def _step(self) -> PilotTick:
         t, rate = self.t, self.options.control_hz
         self.plant.advance(t)

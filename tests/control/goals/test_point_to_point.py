@@ -180,7 +180,7 @@ def test_noise_does_not_make_it_hunt(rng: np.random.Generator) -> None:
     """1 px at each tick, not filtered, which is 1 to 3 cm there; the state says so."""
     for _ in range(2):
         goal = rng.uniform([-2.0, 4.0], HIGH)
-        J = FLOOR.jacobian(CAMERA.project(goal))
+        J = FLOOR.model.jacobian(CAMERA.project(goal))
         covariance = np.zeros((5, 5))
         covariance[:2, :2] = np.linalg.inv(J.T @ J)
         run = drive(

@@ -207,7 +207,7 @@ def test_the_image_and_the_ground_agree() -> None:
     aim = follower.aim(uv, s, v)
     here, there = CAMERA.unproject(uv), CAMERA.unproject(aim)
     wanted = np.arctan2(*(there - here)[::-1])
-    w = np.linalg.solve(FLOOR.jacobian(uv), aim - uv)  # the law in the image
+    w = np.linalg.solve(FLOOR.model.jacobian(uv), aim - uv)  # the law in the image
     assert np.arctan2(w[1], w[0]) == pytest.approx(wanted, abs=1e-6)
     ahead = CAMERA.project_velocity(here, [np.cos(wanted), np.sin(wanted)])
     assert np.cross([*ahead, 0], [*(aim - uv), 0])[2] == pytest.approx(0, abs=1e-3)

@@ -106,7 +106,7 @@ def test_the_error_decays_as_the_gains_say() -> None:
     xy, theta = CAMERA.unproject(start), float(inputs.theta)
     v, omega, t = float(inputs.v), 0.0, 0.0
     # The heading that keeps the error's rate at zero in the image.
-    J = FLOOR.jacobian(start)
+    J = FLOOR.model.jacobian(start)
     w = np.linalg.solve(J, way)
     theta, v = float(np.arctan2(w[1], w[0])), float(np.hypot(*w))
     errors = []

@@ -32,6 +32,7 @@ from airground.control.estimation.moment import (
     Tally,
 )
 from airground.control.estimation.options import StateOptions
+from airground.control.image_law import ImageLaw
 from airground.control.state import RobotState
 from airground.errors import InputError
 from airground.geometry.arrays import numbers
@@ -66,6 +67,7 @@ class StateFilter:
     def __init__(self, floor: Floor, options: StateOptions | None = None) -> None:
         self.floor = floor
         self.options = options or StateOptions()
+        self._image = ImageLaw(floor)
         self._history = History(self.options)
         self._asked_t = -inf
         self._unusable = self._late = self._early = 0
@@ -109,11 +111,8 @@ class StateFilter:
         xy = self.floor.position(point)
         if not (isfinite(t) and isfinite(xy[0] + xy[1]) and a > 0 and d > 0 and a * d >= b * b):
             return self._refuse()
-        (j00, j01), (j10, j11) = self.floor.jacobian(point).tolist()
-        det = j00 * j11 - j01 * j10
-        if det == 0:
-            return self._refuse()
-        i00, i01, i10, i11 = j11 / det, -j01 / det, -j10 / det, j00 / det
+        u, v = point.tolist()
+        (i00, i10), (i01, i11) = (self._image.to_ground(u, v, *e) for e in ((1, 0), (0, 1)))
         xx = i00 * i00 * a + 2 * i00 * i01 * b + i01 * i01 * d
         xy_ = i00 * i10 * a + (i00 * i11 + i01 * i10) * b + i01 * i11 * d
         yy = i10 * i10 * a + 2 * i10 * i11 * b + i11 * i11 * d

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from airground.control.image_law import ImageLaw
+
 if TYPE_CHECKING:
     from airground.control.paths.image_path import ImagePath
     from airground.geometry.arrays import FloatArray
@@ -26,13 +28,14 @@ class PathTrajectory:
         What it moves along.
     """
 
-    __slots__ = ("_path", "_s", "_speed", "_time")
+    __slots__ = ("_image", "_path", "_s", "_speed", "_time")
 
     def __init__(self, path: ImagePath) -> None:
         self._path = path
         self._s: list[float] = path.s.tolist()
         self._speed: list[float] = path.speed.tolist()
         self._time: list[float] = path.time.tolist()
+        self._image = ImageLaw(path.floor)
 
     @property
     def duration(self) -> float:
@@ -58,15 +61,13 @@ class PathTrajectory:
         """
         s, v, a = self.along(t)
         point = self._path.at(s)
-        J = self._path.floor.jacobian(point.uv)
+        u, w = point.uv.tolist()
         c, d = cos(point.theta), sin(point.theta)
-        uv_dot = J @ np.array([v * c, v * d])
         turn = v * v * point.curvature
-        uv_ddot = J @ np.array([a * c - turn * d, a * d + turn * c])
-        if v != 0:
-            J_dot = self._path.floor.jacobian_rate(point.uv, uv_dot)
-            uv_ddot = uv_ddot + J_dot @ np.array([v * c, v * d])
-        return point.uv, uv_dot, uv_ddot
+        uv_dot = self._image.to_image(u, w, v * c, v * d)
+        pull = self._image.to_image(u, w, a * c - turn * d, a * d + turn * c)
+        bend = self._image.bend((u, w), uv_dot, (v * c, v * d))
+        return point.uv, np.array(uv_dot), np.array([pull[0] + bend[0], pull[1] + bend[1]])
 
     def along(self, t: float) -> tuple[float, float, float]:
         """Progress along the path.
