@@ -31,13 +31,6 @@ def test_positions_are_the_ground_apart_from_the_origin(floor: Floor) -> None:
     assert_allclose(floor.distance(UV[0], UV[1]), np.hypot(*(true[1] - true[0])), atol=1e-9)
 
 
-def test_a_displacement_is_that_of_the_camera(floor: Floor) -> None:
-    step = np.array([0.3, -0.2])
-    assert_allclose(
-        floor.displaced(UV, step), CAMERA.project(CAMERA.unproject(UV) + step), atol=1e-7
-    )
-
-
 def test_what_is_no_ground_is_nan(floor: Floor) -> None:
     above = np.array([640.0, -2000.0])  # beyond the horizon
     assert np.isnan(floor.position(above)).all()

@@ -100,23 +100,6 @@ class Floor:
         depth = w[..., 2:] * self.side  # of either map: G3 ends in 1 / (n.c_0), H in n.c
         return np.asarray(w[..., :2] / np.where(depth > 0, w[..., 2:], np.nan))
 
-    def displaced(self, uv: ArrayLike, xy: ArrayLike) -> FloatArray:
-        """Image of what is a displacement on the ground away from an image point: c~ / (n.c) + g xy.
-
-        Parameters
-        ----------
-        uv : (..., 2) array_like [px]
-            Image points.
-        xy : (..., 2) array_like [m]
-            Displacements.
-
-        Returns
-        -------
-        uv : (..., 2) array [px]
-            Image points; NaN for ground behind the camera.
-        """
-        return self.pixel(self.position(uv) + np.asarray(xy, dtype=np.float64))
-
     def distance(self, a_uv: ArrayLike, b_uv: ArrayLike) -> FloatArray:
         """Distance on the ground between image points.
 
