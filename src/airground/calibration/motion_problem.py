@@ -29,6 +29,9 @@ _MANY = 50
 _ROUNDING = 1e-9
 """Least sigma, as a share of the image velocities: what rounding leaves."""
 
+_SEEN = 3.0
+"""Deviations of its image velocity above which a sample moves in the image."""
+
 _FARTHEST = 1e6
 """Where wrong sightings are put that are farther away than this many spreads of the image points."""
 
@@ -56,7 +59,9 @@ class MotionProblem:
         square = columns[4] * columns[4]
         square += columns[5] * columns[5]
         # Medians, as half of the samples may be wrong; of moving robots, as many may stand in one place.
-        some = _some(np.flatnonzero(square))
+        # Standing robots read a speed too, that of their noise: who moves in the image says what a speed is.
+        seen = np.flatnonzero(square * (np.abs(columns[2:4]).max(axis=0) > _SEEN * sigma))
+        some = _some(seen if len(seen) >= _MANY else np.flatnonzero(square))
         self._ground_speed = math.sqrt(_medians(square[some])) if len(some) else 1.0
         slow = _SLOW * self._ground_speed if len(samples) >= _MANY else 0.0
         self.moving: IntArray = np.flatnonzero(square > slow * slow)

@@ -27,7 +27,7 @@ from airground.records.cells import shown
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from airground.calibration import Calibration, TargetFit
+    from airground.calibration import Calibration, Motion, TargetFit, Tracks
 
 __all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "run"]
 
@@ -35,6 +35,7 @@ NAME = "calibrate"
 SUMMARY = "calibrate a camera from recordings of a robot that knows its heading and speed"
 EXAMPLE = """\
   airground calibrate --tracks tracks.csv --motion motion.csv --out calibration.json --image-size 1280x720
+  airground calibrate session.mcap --out calibration.json
 """
 
 
@@ -47,10 +48,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         The command's own.
     """
     parser.add_argument(
-        "--tracks", type=Path, required=True, metavar="T", help="where targets were seen (CSV)"
+        "session",
+        type=Path,
+        nargs="?",
+        metavar="SESSION",
+        help="log of a live session (MCAP), in place of --tracks and --motion",
     )
+    parser.add_argument("--tracks", type=Path, metavar="T", help="where targets were seen (CSV)")
     parser.add_argument(
-        "--motion", type=Path, required=True, metavar="M", help="how they moved on the ground (CSV)"
+        "--motion", type=Path, metavar="M", help="how they moved on the ground (CSV)"
     )
     parser.add_argument(
         "--out", type=Path, required=True, metavar="C", help="calibration to write (JSON)"
@@ -103,18 +109,18 @@ def run(args: Namespace) -> None:
         raise InputError(
             "--distortion division: the linear method does not estimate a lens; use --method trajectory"
         )
-    refuse_overwriting("--out", args.out, (args.tracks, args.motion))
-    inputs = tuple((str(path), sha256(path)) for path in (args.tracks, args.motion))
+    paths = _inputs(args)
+    refuse_overwriting("--out", args.out, paths)
+    inputs = tuple((str(path), sha256(path)) for path in paths)
     notes = Notes()
-    tracks = read_tracks(args.tracks, note=notes)
-    motion = read_motion(args.motion, note=notes)
+    tracks, motion, size = _read(args, notes)
     calibration = calibrate(
         tracks,
         motion,
         method=args.method,
         time_offset_s=args.time_offset_s,
         distortion=args.distortion,
-        image_size_px=args.image_size,
+        image_size_px=size,
         speed_scale_sigma=args.speed_scale_sigma,
         note=notes,
     )
@@ -127,6 +133,30 @@ def run(args: Namespace) -> None:
         print_json({**written, "elapsed_s": time.perf_counter() - started})
     else:
         print("\n".join(_summary(calibration, args.out)))
+
+
+def _inputs(args: Namespace) -> tuple[Path, ...]:
+    """Files to read: one session, or tracks and motion."""
+    pair = {"--tracks": args.tracks, "--motion": args.motion}
+    given = [option for option, path in pair.items() if path is not None]
+    if args.session is not None:
+        if given:
+            raise InputError(f"give either {args.session} or {' and '.join(given)}, not both")
+        return (args.session,)
+    if len(given) < len(pair):
+        missing = " and ".join(option for option in pair if option not in given)
+        raise InputError(f"{missing} must be given, or the log of a live session: SESSION")
+    return (args.tracks, args.motion)
+
+
+def _read(args: Namespace, notes: Notes) -> tuple[Tracks, Motion, tuple[int, int] | None]:
+    if args.session is None:
+        tracks, motion = read_tracks(args.tracks, note=notes), read_motion(args.motion, note=notes)
+        return tracks, motion, args.image_size
+    from airground.records.session_recording import read_recording
+
+    drive = read_recording(args.session, note=notes)
+    return drive.tracks, drive.motion, args.image_size or drive.image_size_px
 
 
 def _summary(calibration: Calibration, out: Path) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -113,13 +113,19 @@ class Team:
 
     def _body(self, name: str, wish: Wish) -> Body:
         member = self.members[name]
-        return Body.seen(
+        body = Body.seen(
             member.pilot.state_filter.floor,
             wish.state,
             radius_m=member.radius_m,
             limits=member.pilot.safety.limits,
             omnidirectional=member.omnidirectional,
         )
+        # What it was told, not what it does by now: of a drive that lags, a step's gain of speed on the latter would be
+        # a fraction of what it can do. `SeparationFilter.reaction_s` is what covers the lag.
+        told = member.pilot.memory.sent
+        if not isfinite(body.v + body.omega):
+            return body
+        return replace(body, v=told.v, omega=told.omega, lateral=told.lateral)
 
     def _aim(self, name: str, wish: Wish) -> tuple[float, float] | None:
         if wish.guidance is None:

@@ -135,7 +135,30 @@ def load_calibration(path: str | os.PathLike[str]) -> Calibration:
         If the file is not a calibration of a known version.
     """
     name = str(path)
-    document = JsonReader(name, _json(name))
+    return read_calibration(_json(name), name)
+
+
+def read_calibration(given: object, name: str) -> Calibration:
+    """Read a calibration from what JSON gave.
+
+    Parameters
+    ----------
+    given : object
+        Of `calibration_document`.
+    name : str
+        Of the file that it stands in, for errors.
+
+    Returns
+    -------
+    calibration : Calibration
+        The same numbers.
+
+    Raises
+    ------
+    FileError
+        If it is not a calibration of a known version.
+    """
+    document = JsonReader(name, given)
     declared = document.text("format")
     family, _, version = declared.partition("/")
     if family != "airground.calibration":

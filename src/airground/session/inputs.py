@@ -36,6 +36,9 @@ class Seen:
     tracks: TrackerState
     """What the tracker believes after it."""
 
+    segment: int = 0
+    """Grows when the camera went away and came back: the tracker began anew."""
+
 
 @dataclass(frozen=True, slots=True)
 class CameraNews:

@@ -252,6 +252,9 @@ class Job:
     work: Callable[[], Any]
     """Pure: gives the same wherever and whenever it runs; raises `AirgroundError` only."""
 
+    heavy: bool = False
+    """Whether it takes seconds; it can be pickled then, for another process."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SessionTick:

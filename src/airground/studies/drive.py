@@ -9,7 +9,7 @@ import numpy as np
 from airground.control.goals.point_to_point import PointToPoint
 from airground.errors import InputError
 from airground.records import make_folder
-from airground.studies.drive_checks import check_goal
+from airground.session.goal_check import check_goal
 from airground.studies.drive_measures import distance_to_line, rms
 from airground.studies.drive_result import DriveOrder, DriveResult, write_drive
 from airground.studies.driving_world import world_for

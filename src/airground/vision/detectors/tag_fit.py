@@ -8,214 +8,271 @@ noise level and stays honest where the model fits edges less well than flats (Wh
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
+import cv2
 import numpy as np
 
 from airground.geometry.arrays import FloatArray, homogeneous
-from airground.vision.detectors.tag_model import design_of, homographies, pixels_of, sheet_of
+from airground.vision.detectors.tag_model import design_of, pixels_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from airground.vision.frame import ImageArray
 
     FloatArray32 = NDArray[np.float32]
 
-__all__ = ["TagFit", "fit_tags"]
+__all__ = ["TagFits", "fit_tags"]
 
 MOST_PIXELS = 400  # enough for 0.02 px at any noise; more costs time
 PARAMETERS = 14  # 8 of the homography, 2 of the blur, 4 of the brightness
 START_BLUR_PX = 0.9
 BLUR_RANGE = np.log(0.25), np.log(6.0)  # px; a pixel alone blurs by 12 ** -0.5
 HUBER = 2.0
-SMALL_STEP = 1e-3  # of half a side; the next step would be smaller by another such factor
+REWEIGHTED = 2  # times at one place: that costs little, while the pattern at a new place costs most
+SMALL_STEP = 2e-4  # of half a side
 LARGEST_STEP = 2e-2
+BENT = 0.2  # what a step is wrong by is this times its square over the blur, as found by trying
+ENOUGH = 0.2  # of the standard deviation: what is less wrong than that is good enough
+MOST_CHANGE = np.array([0.3] * 8 + [0.5] * 2)  # in a step
 ITERATIONS = 8
+DIAGONAL = np.arange(PARAMETERS)
+BLUR_PRIOR = np.where(
+    (DIAGONAL == 8) | (DIAGONAL == 9), 4.0, 0.0
+)  # weak: one of both may be unseen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TagFit:
-    """A tag's place in the image."""
+class TagFits:
+    """Places of K tags in the image."""
+
+    ok: NDArray[np.bool_]
+    """(K,). Whether the pixels determine its place; where they do not, the rest is void."""
 
     image_from_tag: FloatArray
-    """(3, 3). Homography from the tag's plane, where its black square is [-1, 1] squared, y down."""
+    """(K, 3, 3). Homography from the tag's plane, where its black square is [-1, 1] squared, y down."""
 
     covariance: FloatArray
-    """(8, 8). Of a small change D of it, ``image_from_tag @ (I + D)``, row by row without the last entry."""
+    """(K, 8, 8). Of a small change D of it, ``image_from_tag @ (I + D)``, row by row without the last entry."""
 
-    correlation: float
-    """Between the image and the pattern, at most 1; pixels that something covers count less."""
+    correlation: FloatArray
+    """(K,). Between the image and the pattern, at most 1; pixels that something covers count less."""
 
-    code_correlation: float
-    """The same within the border, where the tag's number is written; every pixel counts."""
+    code_correlation: FloatArray
+    """(K,). The same within the border, where the tag's number is written; every pixel counts."""
 
-    contrast: float
-    """White less black [grey levels]."""
+    contrast: FloatArray
+    """(K,). White less black [grey levels]."""
 
-    blur_px: tuple[float, float]
-    """Standard deviation of the blur [px] along the tag's rows and columns."""
+    blur_px: FloatArray
+    """(K, 2). Standard deviation of the blur [px] along the tag's rows and columns."""
+
+    @classmethod
+    def none(cls, count: int) -> Self:
+        """Of tags that are not to be seen.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+
+        Returns
+        -------
+        fits : TagFits
+            None is ok.
+        """
+        zero, one = np.zeros(count), np.ones((count, 2))
+        H, covariance = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 8, 8))
+        return cls(np.zeros(count, dtype=bool), H, covariance, zero, zero, zero, one)
 
     def points(self, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Images of points of the tag, and how they hang on the parameters.
+        """Images of points of the tags, and how they hang on the parameters.
 
         Parameters
         ----------
         xy : (N, 2) array
-            On the tag.
+            On each tag.
 
         Returns
         -------
-        uv : (N, 2) array [px]
+        uv : (K, N, 2) array [px]
             In the image.
-        jacobian : (N, 2, 8) array [px]
+        jacobian : (K, N, 2, 8) array [px]
             By the eight parameters of `covariance`.
         """
-        H, p = self.image_from_tag, homogeneous(np.asarray(xy, dtype=np.float64))
-        q = p @ H.T
-        uv = q[:, :2] / q[:, 2:]
-        by_q = (H[None, :2] - uv[:, :, None] * H[None, 2:]) / q[:, 2, None, None]
-        jacobian = (by_q[:, :, :, None] * p[:, None, None, :]).reshape(len(p), 2, 9)
-        return uv, jacobian[:, :, :8]
+        H, p = self.image_from_tag, homogeneous(xy)
+        q = p @ H.swapaxes(1, 2)
+        uv = q[..., :2] / q[..., 2:]
+        by_q = (H[:, None, :2] - uv[..., None] * H[:, None, 2:]) / q[..., 2, None, None]
+        jacobian = (by_q[..., None] * p[:, None, None, :]).reshape(*uv.shape, 9)
+        return uv, jacobian[..., :8]
 
 
 def fit_tags(
-    grey: ImageArray,
-    corners: Sequence[FloatArray],
-    patterns: Sequence[FloatArray],
-    blurs_px: Sequence[tuple[float, float] | None] = (),
-) -> list[TagFit | None]:
+    image: ImageArray, H: FloatArray, steps: FloatArray32, cells: int, blur_px: FloatArray
+) -> TagFits:
     """Fit the patterns of tags to an image.
 
     Parameters
     ----------
-    grey : (H, W) array
-        The image.
-    corners : sequence of (4, 2) array [px]
-        Of the black squares, good to half a cell: top left, top right, bottom right, bottom left as printed.
-    patterns : sequence of (C, C) array
-        The tags' cells, border included; 0 is black. All of one size.
-    blurs_px : sequence of tuple of float or None
-        Blurs as fitted in the frame before; saves steps.
+    image : (H, W) or (H, W, 3) array
+        Grey, or blue, green, red; only the pixels that are needed are turned to grey.
+    H : (K, 3, 3) array
+        Homographies from the tags, good to half a cell; NaN for those that have none.
+    steps : (9, K, (C + 2) ** 2) array
+        Of their patterns, from `tag_model.steps_of`.
+    cells : int
+        C, cells along a side, border included.
+    blur_px : (K, 2) array [px]
+        Blurs as fitted in the frame before, which saves steps; NaN where there are none.
 
     Returns
     -------
-    fits : list of TagFit or None
-        None where the pixels do not determine a tag's place.
+    fits : TagFits
+        Of each.
     """
-    fits: list[TagFit | None] = [None] * len(corners)
-    if not len(corners):
-        return fits
-    H = homographies(np.array(corners, dtype=np.float64))
-    cells = len(patterns[0])
-    pixels = [pixels_of(grey.shape, h, cells, MOST_PIXELS) for h in H]
-    rows = [i for i, found in enumerate(pixels) if len(found) > 3 * PARAMETERS]
-    if not rows:
-        return fits
-    longest = max(len(pixels[i]) for i in rows)
-    uv = np.zeros((2, len(rows), longest), dtype=np.intp)
-    there = np.zeros((len(rows), longest), dtype=np.float32)
-    for row, i in enumerate(rows):
-        found = pixels[i]
-        uv[:, row, : len(found)] = found.T
-        uv[:, row, len(found) :] = found[0][:, None]
-        there[row, : len(found)] = 1.0
-    known = [blurs_px[i] if i < len(blurs_px) else None for i in rows]
-    blur = np.log([b or (START_BLUR_PX, START_BLUR_PX) for b in known])
-    sheets = np.array([sheet_of(patterns[i]) for i in rows])
-    fitted = _fit(grey, uv, there=there, H=H[rows], blur=blur, sheets=sheets)
-    for i, fit in zip(rows, fitted, strict=True):
-        fits[i] = fit
+    pixels, there = pixels_of(image.shape, H, cells, MOST_PIXELS)
+    alive = there.sum(axis=1) > 3 * PARAMETERS
+    blur_px = np.where(np.isnan(blur_px), START_BLUR_PX, blur_px)
+    if alive.all():
+        return _fit(image, pixels, there, H=H, blur=np.log(blur_px), steps=steps, cells=cells)
+    fits = TagFits.none(len(H))
+    rows = np.flatnonzero(alive)
+    if len(rows):
+        fitted = fit_tags(image, H[rows], steps[:, rows], cells, blur_px[rows])
+        for name in TagFits.__slots__:
+            getattr(fits, name)[rows] = getattr(fitted, name)
     return fits
 
 
 def _fit(
-    grey: ImageArray,
-    uv: NDArray[np.intp],
+    image: ImageArray,
+    pixels: NDArray[np.intp],
+    there: NDArray[np.bool_],
     *,
-    there: NDArray[np.float32],
     H: FloatArray,
     blur: FloatArray,
-    sheets: NDArray[np.float32],
-) -> list[TagFit | None]:
+    steps: FloatArray32,
+    cells: int,
+) -> TagFits:
+    at = image[pixels[1], pixels[0]]
+    grey = at if image.ndim == 2 else np.asarray(cv2.cvtColor(at, cv2.COLOR_BGR2GRAY))
+    seen, use = grey.astype(np.float32), there.astype(np.float32)
     count = len(H)
-    seen = grey[uv[1], uv[0]].astype(np.float32)
-    weight = there
     alive = np.ones(count, dtype=bool)
-    diagonal = np.arange(PARAMETERS)
+    D = np.zeros((count, 9))
     for _ in range(ITERATIONS):
-        design = design_of(uv, H, np.exp(blur), sheets)
-        residual, weight, contrast = _brightness(design[:, 10:], seen, weight, there)
+        design = design_of(pixels, H, np.exp(blur), steps, cells)
+        residual, contrast = _brightness(design[:, 10:], seen, use)
         design[:, :10] *= contrast[:, None, None]
-        weighted = design * weight[:, None]
-        A = (weighted @ design.swapaxes(1, 2)).astype(np.float64)
-        prior = (weight * residual**2).sum(axis=1) / weight.sum(axis=1)
-        A[:, [8, 9], [8, 9]] += 4.0 * prior[:, None]  # weak: a blur of one direction may be unseen
-        A[:, diagonal, diagonal] *= 1.0 + 1e-6
-        A[:, diagonal, diagonal] += 1e-9
-        alive &= np.isfinite(A).all(axis=(1, 2))
-        A[~alive] = np.eye(PARAMETERS)
-        inverse = np.linalg.inv(A)
-        change = (inverse @ (weighted @ residual[..., None]))[..., 0]
-        alive &= np.isfinite(change).all(axis=1)
+        weight = _weight(residual, use)
+        for _ in range(REWEIGHTED):
+            inverse, change, gradient, prior = _step(design, residual, weight, alive)
+            left = residual - (change[:, None].astype(np.float32) @ design)[:, 0]
+            weight = _weight(left, use)
         change[~alive] = 0.0
-        D = np.zeros((count, 9))
-        D[:, :8] = np.clip(change[:, :8], -0.3, 0.3)
-        moved = H @ (np.eye(3) + D.reshape(count, 3, 3))
+        bounded = np.clip(change[:, :10], -MOST_CHANGE, MOST_CHANGE)
+        D[:, :8] = bounded[:, :8]
+        moved = H + H @ D.reshape(count, 3, 3)
         alive &= np.abs(moved[:, 2, 2]) > 1e-6
         moved[~alive] = H[~alive]
         H = moved / moved[:, 2:, 2:]
-        blur = np.clip(blur + np.clip(change[:, 8:], -0.5, 0.5)[:, :2], *BLUR_RANGE)
+        blur = np.clip(blur + bounded[:, 8:], *BLUR_RANGE)
         size = np.abs(change[:, :8]).max(axis=1)
-        if (size < SMALL_STEP).all():
+        side_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]))
+        bent = BENT * size**2 * side_px / np.exp(blur.min(axis=1))
+        sigma = np.sqrt(prior * np.maximum(inverse[:, 2, 2], inverse[:, 5, 5]))
+        if ((size < LARGEST_STEP) & ((bent < ENOUGH * sigma) | (size < SMALL_STEP)) | ~alive).all():
             break
     alive &= size < LARGEST_STEP
-    scaled = design * (weight * residual)[:, None]
-    pixels = there.sum(axis=1)
+    scaled = design * (weight * left)[:, None]
+    pixel_count = use.sum(axis=1)
     covariance = inverse @ (scaled @ scaled.swapaxes(1, 2)) @ inverse
-    covariance *= (pixels / (pixels - PARAMETERS))[:, None, None]
-    correlation = _correlation(seen, residual, weight)
-    border = 1.0 - 2.0 / (sheets.shape[1] - 4)
-    code = there * (np.abs(design[:, 12:]).max(axis=1) < border)
-    code_correlation = _correlation(seen, residual, code)
-    return [
-        TagFit(
-            H[k],
-            covariance[k, :8, :8],
-            float(correlation[k]),
-            float(code_correlation[k]),
-            float(contrast[k]),
-            (float(np.exp(blur[k, 0])), float(np.exp(blur[k, 1]))),
-        )
-        if alive[k]
-        else None
-        for k in range(count)
-    ]
+    covariance *= (pixel_count / (pixel_count - PARAMETERS))[:, None, None]
+    code = use * (np.abs(design[:, 12:]).max(axis=1) < 1.0 - 2.0 / cells)
+    correlation = _correlation(seen, left, np.stack([weight, code])).astype(np.float64)
+    return TagFits(
+        alive,
+        H,
+        covariance[:, :8, :8],
+        correlation[0],
+        correlation[1],
+        contrast.astype(np.float64),
+        np.exp(blur),
+    )
+
+
+def _step(
+    design: FloatArray32, residual: FloatArray32, weight: FloatArray32, alive: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Inverse of the normal equations, their solution, their right side, and the residuals' mean square."""
+    weighted = design * weight[:, None]
+    A = (weighted @ design.swapaxes(1, 2)).astype(np.float64)
+    prior = ((weight * residual) * residual).sum(axis=1) / weight.sum(axis=1)
+    A[:, DIAGONAL, DIAGONAL] *= 1.0 + 1e-6
+    A[:, DIAGONAL, DIAGONAL] += 1e-9 + prior[:, None] * BLUR_PRIOR
+    _leave_out(A, alive)
+    inverse = np.linalg.inv(A)
+    gradient = (weighted @ residual[..., None]).astype(np.float64)
+    change = (inverse @ gradient)[..., 0]
+    _leave_out(change, alive)
+    return inverse, change, gradient[..., 0], prior
+
+
+def _straight(
+    H: FloatArray,
+    blur: FloatArray,
+    change: FloatArray,
+    gradient: FloatArray,
+    inverse: FloatArray,
+    prior: FloatArray,
+) -> NDArray[np.bool_]:
+    """Whether the step was so short that the pattern may be taken as linear along it."""
+    place = (inverse[:, 2, 2] + inverse[:, 5, 5]) / 2  # variance of where it is, but for the noise
+    moved = np.maximum((change * gradient).sum(axis=1), 0.0) * place  # mean square, of half a side
+    half_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]))
+    bent = BENT * moved * half_px / np.exp(blur.min(axis=1))
+    straight: NDArray[np.bool_] = bent < ENOUGH * np.sqrt(prior * place)
+    return straight
+
+
+def _leave_out(A: FloatArray, alive: NDArray[np.bool_]) -> None:
+    """Put the unit matrix for those of no use, so that the others can be inverted; zero for a column."""
+    if np.isfinite(A.sum()) and alive.all():
+        return
+    alive &= np.isfinite(A).all(axis=tuple(range(1, A.ndim)))
+    A[~alive] = np.eye(A.shape[1]) if A.ndim == 3 else 0.0
 
 
 def _correlation(seen: FloatArray32, residual: FloatArray32, weight: FloatArray32) -> FloatArray32:
-    share = weight / np.maximum(weight.sum(axis=1), 1e-9)[:, None]
-    mean = (share * seen).sum(axis=1)
-    total = (share * (seen - mean[:, None]) ** 2).sum(axis=1)
-    left = (share * residual**2).sum(axis=1)
+    share = weight / np.maximum(weight.sum(axis=-1), 1e-9)[..., None]
+    mean = (share * seen).sum(axis=-1)
+    total = (share * (seen - mean[..., None]) ** 2).sum(axis=-1)
+    left = (share * residual**2).sum(axis=-1)
     value: FloatArray32 = np.sqrt(np.clip(1.0 - left / np.maximum(total, 1e-9), 0.0, 1.0))
     return value
 
 
 def _brightness(
-    ramp: FloatArray32, seen: FloatArray32, weight: FloatArray32, there: FloatArray32
-) -> tuple[FloatArray32, FloatArray32, FloatArray32]:
-    """What is left once dark level, contrast and ramp fit best; Huber's weights by it; the contrasts."""
-    weighted = ramp * weight[:, None]
+    ramp: FloatArray32, seen: FloatArray32, use: FloatArray32
+) -> tuple[FloatArray32, FloatArray32]:
+    """What is left once dark level, contrast and ramp fit best; the contrasts."""
+    weighted = ramp * use[:, None]
     A = (weighted @ ramp.swapaxes(1, 2)).astype(np.float64)
     A[:, range(4), range(4)] += 1e-9
-    A[~np.isfinite(A).all(axis=(1, 2))] = np.eye(4)
-    level = np.linalg.solve(A, (weighted @ seen[..., None]).astype(np.float64))
-    residual = seen - (level.swapaxes(1, 2).astype(np.float32) @ ramp)[:, 0]
+    _leave_out(A, np.ones(len(A), dtype=bool))
+    level = np.linalg.solve(A, (weighted @ seen[..., None]).astype(np.float64)).astype(np.float32)
+    return seen - (level.swapaxes(1, 2) @ ramp)[:, 0], level[:, 1, 0]
+
+
+def _weight(residual: FloatArray32, use: FloatArray32) -> FloatArray32:
+    """Huber's weights; those not to be used have none."""
     size = np.abs(residual)
     middle = size.shape[1] // 2
-    spread = 1.4826 * np.partition(size, middle, axis=1)[:, middle] + 0.3
-    weight = there * np.minimum(1.0, HUBER * spread[:, None] / np.maximum(size, 1e-6))
-    return residual, weight.astype(np.float32), level[:, 1, 0].astype(np.float32)
+    spread = np.partition(size, middle, axis=1)[:, middle, None]
+    spread *= np.float32(1.4826 * HUBER)
+    spread += np.float32(0.3 * HUBER)
+    size = np.maximum(size, spread)
+    weight: FloatArray32 = use * spread / size
+    return weight

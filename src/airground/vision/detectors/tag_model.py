@@ -9,28 +9,30 @@ Coordinates of a tag: its black square is [-1, 1] squared, x right and y down as
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.geometry.arrays import FloatArray, homogeneous
+from airground.geometry.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.floating[Any]]
+    FloatArray32 = NDArray[np.float32]
 
-__all__ = ["CORNERS", "design_of", "homographies", "pixels_of", "sheet_of"]
+__all__ = ["CORNERS", "design_of", "homographies", "pixels_of", "steps_of"]
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 """(4, 2). Corners of the black square: top left, top right, bottom right, bottom left as printed."""
 
 OUTSIDE_CELLS = 0.7  # of the white margin, which some cut off narrow
 NEAR_EDGE_PX = 3.0  # flats tell nothing
+COARSE, FINE = 1.1, 2.5  # places where pixels are looked for, for each that is wanted
+FEW = 2.2  # pixels of a tag for each that is wanted: if there are fewer, hardly one may be missed
 CUTOFF = np.float32(6.0)  # standard deviations
 ROOT = np.float32(0.3989423)  # (2 pi) ** -0.5
+HALF = np.array([[0.5, 0.0, 0.5], [0.0, 0.5, 0.5], [0.0, 0.0, 1.0]])  # [-1, 1] to [0, 1]
 
 
 def homographies(corners: FloatArray) -> FloatArray:
@@ -46,21 +48,28 @@ def homographies(corners: FloatArray) -> FloatArray:
     image_from_tag : (K, 3, 3) array
         The last entry of each is 1; NaN where the corners have no such homography.
     """
-    count = len(corners)
-    A = np.zeros((count, 8, 8))
-    A[:, :4, :3] = A[:, 4:, 3:6] = homogeneous(CORNERS)
-    A[:, :4, 6:] = -corners[:, :, :1] * CORNERS
-    A[:, 4:, 6:] = -corners[:, :, 1:] * CORNERS
-    b = np.concatenate([corners[:, :, 0], corners[:, :, 1]], axis=1)
-    h = np.full((count, 9), np.nan)
-    good = np.abs(np.linalg.det(A)) > 1e-9
-    h[good, :8] = np.linalg.solve(A[good], b[good, :, None])[:, :, 0]
-    h[good, 8] = 1.0
-    return h.reshape(count, 3, 3)
+    # P. Heckbert, Fundamentals of texture mapping and image warping, 1989, equation 2.10.
+    a, b, c, d = corners.swapaxes(0, 1)
+    right, down, skew = b - c, d - c, a - b + c - d
+    H = np.empty((len(corners), 3, 3))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        size = _cross(right, down)
+        g, h = _cross(skew, down) / size, _cross(right, skew) / size
+        H[:, :2, 0], H[:, :2, 1], H[:, :2, 2] = b - a + g[:, None] * b, d - a + h[:, None] * d, a
+        H[:, 2, 0], H[:, 2, 1], H[:, 2, 2] = g, h, 1.0
+        H = H @ HALF
+        H /= H[:, 2:, 2:].copy()
+    H[~((np.abs(size) > 1e-9) & np.isfinite(H).all(axis=(1, 2)))] = np.nan
+    return np.asarray(H)
 
 
-def sheet_of(pattern: FloatArray) -> NDArray[np.float32]:
-    """A tag's cells within two rows of white margin.
+def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
+    product: FloatArray = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    return product
+
+
+def steps_of(pattern: FloatArray) -> FloatArray32:
+    """How a tag's brightness steps from cell to cell, by which `design_of` draws it.
 
     Parameters
     ----------
@@ -69,69 +78,109 @@ def sheet_of(pattern: FloatArray) -> NDArray[np.float32]:
 
     Returns
     -------
-    sheet : (C + 4, C + 4) array
-        The same, with the margin.
+    steps : (9, (C + 2) ** 2) array
+        For each block of 3 x 3 cells of the pattern within two rows of white margin: its first cell, the two steps from
+        there along its first row; the same of the steps from its first row to the second, and on to the third.
     """
-    sheet = np.ones((len(pattern) + 4, len(pattern) + 4), dtype=np.float32)
+    size = len(pattern) + 4
+    sheet = np.ones((size, size), dtype=np.float32)
     sheet[2:-2, 2:-2] = pattern
-    return sheet
+    steps = np.empty((3, 3, size - 2, size - 2), dtype=np.float32)
+    rows = (sheet[:-2], sheet[1:-1] - sheet[:-2], sheet[2:] - sheet[1:-1])
+    for r, row in enumerate(rows):
+        steps[r, 0] = row[:, :-2]
+        steps[r, 1] = row[:, 1:-1] - row[:, :-2]
+        steps[r, 2] = row[:, 2:] - row[:, 1:-1]
+    return steps.reshape(9, -1)
 
 
-def pixels_of(shape: tuple[int, ...], H: FloatArray, cells: int, most: int) -> NDArray[np.intp]:
-    """Pixels that show a tag near a border of its cells.
+def pixels_of(
+    shape: tuple[int, ...], H: FloatArray, cells: int, most: int
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Pixels that show tags near a border of their cells.
 
     Parameters
     ----------
     shape : tuple of int
         Height and width of the image [px].
-    H : (3, 3) array
-        Homography from the tag.
+    H : (K, 3, 3) array
+        Homographies from the tags.
     cells : int
-        Cells along its side.
+        Cells along their sides.
     most : int
-        How many to give at most; evenly chosen where there are more.
+        How many of each to give at most, about.
 
     Returns
     -------
-    pixels : (N, 2) array
-        Columns and rows; empty where the tag is not in the image.
+    pixels : (2, K, N) array [px]
+        Columns and rows.
+    there : (K, N) array of bool
+        Which to take: the others are outside of the image, or are there twice, and are put where one of these is.
     """
-    none = np.empty((0, 2), dtype=np.intp)
-    if not np.isfinite(H).all():
-        return none
-    reach = 1.0 + 2.0 * OUTSIDE_CELLS / cells
-    hull = homogeneous(reach * CORNERS) @ H.T
-    if not (hull[:, 2] > 0).all():
-        return none
-    hull = hull[:, :2] / hull[:, 2:]
-    low = np.clip(np.floor(hull.min(axis=0)), 0, 1e6).astype(int)
-    high = np.minimum(np.ceil(hull.max(axis=0)), [shape[1] - 1, shape[0] - 1]).astype(int)
-    if (high - low < 4).any():
-        return none
-    stride = max(1, int((high - low).max()) // 64)
-    u = np.arange(low[0], high[0] + 1, stride)
-    v = np.arange(low[1], high[1] + 1, stride)
-    Hinv = np.linalg.inv(H)
-    q = [(Hinv[i, 1] * v + Hinv[i, 2])[:, None] + Hinv[i, 0] * u for i in range(3)]
-    offsets = [(q[i] / q[2] + 1.0) * (cells / 2) for i in range(2)]
-    margin = OUTSIDE_CELLS
-    inside = np.ones(q[0].shape, dtype=bool)
-    for offset in offsets:
-        inside &= (offset > -margin) & (offset < cells + margin)
-    cell_px = np.sqrt(abs(np.linalg.det(H[:2, :2]))) * 2.0 / cells
-    if cell_px > 2.5 * NEAR_EDGE_PX:
-        close = [np.abs(offset - np.rint(offset)) < NEAR_EDGE_PX / cell_px for offset in offsets]
-        inside &= close[0] | close[1]
-    rows, columns = np.nonzero(inside)
-    if len(rows) > most:
-        pick = np.linspace(0, len(rows) - 1, most).astype(np.intp)
-        rows, columns = rows[pick], columns[pick]
-    return np.column_stack([u[columns], v[rows]])
+    with np.errstate(invalid="ignore"):
+        cell_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0])) * 2.0 / cells
+        small = (cell_px * (cells + 2 * OUTSIDE_CELLS)).min(initial=1e3, where=cell_px > 0) ** 2
+        count = most * (FINE if small < FEW * most else COARSE)
+        base, off, out = _lattice(cells, int(count))
+        near = np.where(cell_px > 2.5 * NEAR_EDGE_PX, 2 * NEAR_EDGE_PX / cell_px, 1.0)
+        rim = np.clip(1.0 - 0.5 / (OUTSIDE_CELLS * cell_px), 0.0, near)  # a pixel is no point
+        q = H[:, :, :2] @ (base + near[:, None, None] * off + rim[:, None, None] * out)
+        q += H[:, :, 2:]
+        uv = np.rint(q[:, :2] / q[:, 2:])
+        there = (uv >= 0).all(axis=1) & (uv[:, 0] < shape[1]) & (uv[:, 1] < shape[0])
+        there &= (q[:, 2] > 0).all(axis=1)[:, None]
+    place = np.where(there, uv[:, 1] * shape[1] + uv[:, 0], -1).astype(np.intp)
+    place.sort(axis=1)
+    there = place >= 0
+    there[:, 1:] &= place[:, 1:] != place[:, :-1]
+    if count > COARSE * most:
+        place, there = _thinned(place, there, most)
+    v, u = np.divmod(np.where(there, place, np.maximum(place.max(axis=1), 0)[:, None]), shape[1])
+    return np.stack([u, v]), there
+
+
+@cache
+def _lattice(cells: int, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places that cover a tag evenly, as sums: on the nearest border of a cell; from there; beyond the outermost."""
+    # M. Roberts' R2 sequence: no two are close, and there are no rows that could run along with those of the pixels.
+    golden = 1.324717957244746
+    ordinal = np.arange(1, count + 1)[None]
+    share = (0.5 + ordinal / np.array([[golden], [golden**2]])) % 1.0
+    place = share * (cells + 2 * OUTSIDE_CELLS) - OUTSIDE_CELLS
+    within = np.clip(place, 0, cells)
+    off = within - np.rint(within)
+    off[np.argmax(np.abs(off), axis=0), np.arange(count)] = 0.0
+    scale = 2.0 / cells
+    return (within - off) * scale - 1.0, off * scale, (place - within) * scale
+
+
+def _thinned(
+    place: NDArray[np.intp], there: NDArray[np.bool_], most: int
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """No more of each than so many, evenly chosen, and first."""
+    count = there.sum(axis=1)
+    kept = np.minimum(count, most)
+    pick = np.arange(max(int(kept.max(initial=0)), 1)) * (count / np.maximum(kept, 1))[:, None]
+    pick = np.minimum(pick.astype(np.intp), place.shape[1] - 1)
+    order = np.take_along_axis(np.argsort(~there, axis=1, kind="stable"), pick, axis=1)
+    chosen = np.arange(pick.shape[1]) < kept[:, None]
+    return np.take_along_axis(place, order, axis=1), chosen
+
+
+def _seen_from(H: FloatArray, middle: NDArray[np.intp]) -> FloatArray32:
+    """Inverse homographies of pixels that are counted from a place of their own."""
+    moved = H.copy()
+    moved[:, :2] -= middle[:, :, None] * H[:, 2:]
+    return np.linalg.inv(moved).astype(np.float32)
 
 
 def design_of(
-    pixels: NDArray[np.intp], H: FloatArray, blur_px: FloatArray, sheets: NDArray[np.float32]
-) -> NDArray[np.float32]:
+    pixels: NDArray[np.intp],
+    H: FloatArray,
+    blur_px: FloatArray,
+    steps: FloatArray32,
+    cells: int,
+) -> FloatArray32:
     """Derivatives of the pixels' brightness, but for the contrast.
 
     Parameters
@@ -142,82 +191,74 @@ def design_of(
         Their homographies.
     blur_px : (K, 2) array [px]
         Standard deviations of the blur along x and along y.
-    sheets : (K, C + 4, C + 4) array
-        Their cells, from `sheet_of`.
+    steps : (9, K, (C + 2) ** 2) array
+        Of each, from `steps_of`.
+    cells : int
+        C, cells along a side.
 
     Returns
     -------
     design : (K, 14, N) array
         By D in ``H @ (I + D)`` (8) and by the logarithms of the blurs (2); then 1, the pattern (0 to 1), x and y.
     """
-    count, cells = len(H), sheets.shape[1] - 4
-    half = cells / 2
-    Hinv = np.linalg.inv(H)[..., None]  # (K, 3, 3, 1)
-    u, v = pixels
-    q = [Hinv[:, i, 0] * u + Hinv[:, i, 1] * v + Hinv[:, i, 2] for i in range(3)]
-    x, y = q[0] / q[2], q[1] / q[2]
-    axes, gradients, scales = [], [], []
-    first = np.arange(count)[:, None] * sheets[0].size  # of the tag in the flat array of all cells
-    for axis, place in enumerate((x, y)):
-        # The blur is in pixels; d(tag)/d(pixel) turns it into cells.
-        by_u = (Hinv[:, axis, 0] - place * Hinv[:, 2, 0]) / q[2]
-        by_v = (Hinv[:, axis, 1] - place * Hinv[:, 2, 1]) / q[2]
-        steep = np.sqrt(by_u * by_u + by_v * by_v)
-        gradients.append((by_u / steep, by_v / steep))
-        sigma = steep * (blur_px[:, axis, None] * half)
-        s = (place + 1.0) * half + 1.0  # in cells, from the edge of the margin
-        k = np.clip(s, 1, cells).astype(np.intp)
-        axes.append(_shares((s - k).astype(np.float32), sigma.astype(np.float32)))
-        scales.append((half / sigma).astype(np.float32))
-        first = first + k * (sheets.shape[1] if axis else 1)
-    (wx, by_x, blur_x), (wy, by_y, blur_y) = axes
-    flat = sheets.ravel()
-    cell = [[flat.take(first + (r * sheets.shape[1] + c)) for c in range(3)] for r in range(3)]
-    rows = [_dot(cell[r], wx) for r in range(3)]
-    columns = [_dot([cell[r][c] for r in range(3)], wy) for c in range(3)]
-    x, y = x.astype(np.float32), y.astype(np.float32)
-    slope_x, slope_y = _dot(columns, by_x) * scales[0], _dot(rows, by_y) * scales[1]
+    half = np.float32(cells / 2)
+    middle = np.rint(H[:, :2, 2]).astype(np.intp)
+    Hinv = _seen_from(H, middle)
+    design = np.empty((len(H), 14, pixels.shape[2]), dtype=np.float32)
+    place = design[:, 10:13]  # for the while: x, y, 1
+    place[:, :2] = (pixels - middle.T[:, :, None]).swapaxes(0, 1)
+    place[:, 2] = 1.0
+    q = Hinv @ place
+    xy = q[:, :2] / q[:, 2:]
+    place[:, :2] = xy
+    # The blur is in pixels; d(tag)/d(pixel) turns it into cells.
+    by = Hinv[:, :2, :2, None] - xy[:, :, None] * Hinv[:, 2:, :2, None]
+    by /= q[:, 2:, None]
+    steep = np.sqrt(by[:, :, 0] ** 2 + by[:, :, 1] ** 2)
+    slant = (by[:, 0, 0] * by[:, 1, 0] + by[:, 0, 1] * by[:, 1, 1]) / (steep[:, 0] * steep[:, 1])
+    sharp = 1 / (steep * (blur_px * half).astype(np.float32)[:, :, None])
+    offset = xy * half
+    offset += half + 1  # in cells, from the edge of the margin
+    cell = np.clip(offset, 1, cells).astype(np.int32)
+    offset -= cell
+    # How much of a pixel falls beyond its own cell's first edge and its last; and the derivatives of that.
+    z = np.empty((2, *offset.shape), dtype=np.float32)
+    np.multiply(offset, sharp, out=z[0])
+    np.subtract(z[0], sharp, out=z[1])
+    np.clip(z, -CUTOFF, CUTOFF, out=z)
+    square = z * z
+    share = np.empty((3, *z.shape), dtype=np.float32)
+    share[0] = _rise(z, square)
+    np.exp(-0.5 * square, out=share[1])
+    share[1] *= ROOT
+    np.multiply(share[1], -z, out=share[2])
+    ax, ay, bx, by_ = (share[:, edge, :, axis] for edge in range(2) for axis in range(2))
+    index = cell[:, 1] * (cells + 2) + cell[:, 0]
+    index += np.arange(0, index.shape[0] * steps.shape[2], steps.shape[2], dtype=np.int32)[:, None]
+    block = steps.reshape(9, -1).take(index, axis=1).reshape(3, 3, *index.shape)
+    # [derivative by x] of each row of the block, then [derivative by x, by y] of the pixel
+    rows = block[:, 1] * ax[:, None] + block[:, 2] * bx[:, None]
+    rows[0] += block[:, 0]
+    pixel = rows[:, None, 1] * ay + rows[:, None, 2] * by_
+    pixel[:, 0] += rows[:, 0]
+    slope = pixel[[1, 0], [0, 1]] * sharp.swapaxes(0, 1)
+    slope *= half
     # A round blur in the image is a slanted one on a tag that is seen from the side: the normal distribution of two
     # variables by powers of their correlation (Pearson's tetrachoric series).
-    (gu, gv), (hu, hv) = gradients
-    slant = (gu * hu + gv * hv).astype(np.float32)
-    pattern = _dot(rows, wy)
-    pattern += slant * _dot([_dot(cell[r], by_x) for r in range(3)], by_y)
-    pattern += 0.5 * slant * slant * _dot([_dot(cell[r], blur_x) for r in range(3)], blur_y)
-    radial = slope_x * x + slope_y * y
-    design = np.empty((count, 14, pixels.shape[2]), dtype=np.float32)
-    for j, column in enumerate(
-        (
-            *(-slope_x * x, -slope_x * y, -slope_x),
-            *(-slope_y * x, -slope_y * y, -slope_y),
-            *(radial * x, radial * y),
-            *(_dot(columns, blur_x), _dot(rows, blur_y)),
-            *(1.0, pattern, x, y),
-        )
-    ):
-        design[:, j] = column
+    pattern = pixel[0, 0] + slant * (pixel[1, 1] + np.float32(0.5) * slant * pixel[2, 2])
+    np.multiply(place, -slope[0][:, None], out=design[:, 0:3])
+    np.multiply(place, -slope[1][:, None], out=design[:, 3:6])
+    radial = slope[0] * xy[:, 0] + slope[1] * xy[:, 1]
+    np.multiply(xy, radial[:, None], out=design[:, 6:8])
+    design[:, 8], design[:, 9] = pixel[2, 0], pixel[0, 2]
+    design[:, 12:] = xy
+    design[:, 10], design[:, 11] = 1.0, pattern
     return design
 
 
-def _shares(offset: Floats, sigma: Floats) -> list[list[Floats]]:
-    """How much of a pixel falls on the cell before its own, its own and the next; and the derivatives of that."""
-    a = np.clip(offset / sigma, -CUTOFF, CUTOFF)
-    b = np.clip((offset - 1) / sigma, -CUTOFF, CUTOFF)
-    bell_a, bell_b = np.exp(-0.5 * a * a) * ROOT, np.exp(-0.5 * b * b) * ROOT
-    rise_a, rise_b = _rise(a), _rise(b)
-    wide_a, wide_b = bell_a * a, bell_b * b
-    return [
-        [1 - rise_a, rise_a - rise_b, rise_b],
-        [-bell_a, bell_a - bell_b, bell_b],
-        [wide_a, wide_b - wide_a, -wide_b],
-    ]
-
-
-def _rise(z: Floats) -> Floats:
+def _rise(z: FloatArray32, square: FloatArray32) -> FloatArray32:
     """The normal distribution, to 2e-4."""
-    rise: Floats = 0.5 + 0.5 * np.tanh(z * (0.7978846 + 0.0356774 * (z * z)))
+    rise = np.tanh(z * (np.float32(0.7978846) + np.float32(0.0356774) * square))
+    rise *= np.float32(0.5)
+    rise += np.float32(0.5)
     return rise
-
-
-def _dot(a: list[Floats], b: list[Floats]) -> Floats:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import cv2
@@ -13,22 +11,25 @@ import numpy as np
 from airground.geometry.arrays import FloatArray
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from airground.vision.detectors.tag_families import TagFamily
+    from airground.vision.detectors.tag_parts import Part
     from airground.vision.frame import ImageArray
 
-__all__ = ["Candidate", "TagSearch"]
+__all__ = ["Candidate", "TagSearch", "grey_part"]
 
 SMALL_PX = 32.0  # side of a tag that may deserve a closer look
 LEAST_STEP = 12.0  # grey levels, across its border
 MOST_LOOKS = 12  # in one search
 ENLARGE = 4
 LARGE_PX = 45.0  # side from which a tag is looked for in the image of half the size, too
-OVERLAP_PX = 96  # of the parts of an image: a tag of LARGE_PX lies within one whatever its turn
-LEAST_PART_PX = 160  # side of a part without its overlap
+PART_LOOKS = 3  # in one search of a part
 
 # Windows of the local threshold [px]: from, to, step. One must be wider than the black of a tag.
 SMALL_WINDOWS = (5, 21, 16)
 LARGE_WINDOWS = (27, 27, 4)
+PART_WINDOWS = (5, 5, 4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,13 +67,13 @@ class TagSearch:
             self._detector.setDictionaries([family.dictionary for family in families])
 
     def find(
-        self, grey: ImageArray, window: tuple[int, int, int, int] | None = None
+        self, image: ImageArray, window: tuple[int, int, int, int] | None = None
     ) -> list[Candidate]:
         """Find and decode tags.
 
         Parameters
         ----------
-        grey : (H, W) array
+        image : (H, W) or (H, W, 3) array
             The image.
         window : tuple of int, optional
             Left, top, right, bottom [px], the last two excluded: look only there.
@@ -82,65 +83,54 @@ class TagSearch:
         candidates : list of Candidate
             False ones are among them: random texture decodes now and then.
         """
-        left, top, right, bottom = window or (0, 0, grey.shape[1], grey.shape[0])
-        part = np.ascontiguousarray(grey[top:bottom, left:right])
-        if min(part.shape) < 2 * self._least_side_px:
+        left, top, right, bottom = window or (0, 0, image.shape[1], image.shape[0])
+        if min(right - left, bottom - top) < 2 * self._least_side_px:
             return []
+        part = grey_part(image, (left, top, right, bottom))
         found, rejected = self._decode(part, self._least_side_px, SMALL_WINDOWS)
         found += self._closer_look(part, rejected)
         if min(part.shape) > 2 * LARGE_PX:
             found += self._from_afar(part, found)
         return [Candidate(family, number, quad + (left, top)) for family, number, quad in found]
 
-    def parts(self, shape: tuple[int, ...], most: int) -> int:
-        """How many parts `find_part` makes of an image.
-
-        Parameters
-        ----------
-        shape : tuple of int
-            Of the image: height and width.
-        most : int
-            No more than so many.
-
-        Returns
-        -------
-        count : int
-            1 where the image is too small to be worth a division.
-        """
-        tiles = _tiles(shape, most - 1)
-        return len(tiles) + 1 if len(tiles) > 1 else 1
-
-    def find_part(self, grey: ImageArray, which: int, most: int) -> list[Candidate]:
+    def find_part(
+        self, image: ImageArray, part: Part, *, known: Sequence[FloatArray] = (), turn: int = 0
+    ) -> list[Candidate]:
         """Find and decode tags in a part of an image; all parts together are about as good as `find`.
 
-        The last part is the whole image at half the size, for large tags; the others are windows that overlap, on
-        other sides the second time round, so that no place is at an edge twice.
-
         Parameters
         ----------
-        grey : (H, W) array
-            The image.
-        which : int
-            From 0 to twice `parts`; then they come again.
-        most : int
-            As for `parts`.
+        image : (H, W) or (H, W, 3) array
+            The image; only the part is turned to grey.
+        part : Part
+            From `tag_parts.parts_of`.
+        known : sequence of (4, 2) array [px]
+            Corners of tags that need no closer look.
+        turn : int
+            How often the part was searched before: of many small quadrilaterals other ones get a closer look each time.
 
         Returns
         -------
         candidates : list of Candidate
             As of `find`.
         """
-        count = self.parts(grey.shape, most)
-        if count == 1:
-            return self.find(grey)
-        again, which = divmod(which, count)
-        if which == count - 1:
-            return [Candidate(*found) for found in self._from_afar(grey, [])]
-        left, top, right, bottom = _tiles(grey.shape, most - 1, before=bool(again % 2))[which]
-        part = np.ascontiguousarray(grey[top:bottom, left:right])
-        found, rejected = self._decode(part, self._least_side_px, SMALL_WINDOWS)
-        found += self._closer_look(part, rejected)
-        return [Candidate(family, number, quad + (left, top)) for family, number, quad in found]
+        left, top, right, bottom = part.window
+        grey = grey_part(image, part.window)
+        scale = part.scale
+        if scale > 1:
+            size = ((right - left) // scale, (bottom - top) // scale)
+            grey = np.asarray(cv2.resize(grey, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+            found, _ = self._decode(grey, LARGE_PX / 2, PART_WINDOWS)
+        else:
+            # Noise makes ten thousands of specks in the local threshold: most of the time went there.
+            smooth = np.asarray(cv2.GaussianBlur(grey, (3, 3), 0), dtype=np.uint8)
+            found, rejected = self._decode(smooth, self._least_side_px, PART_WINDOWS)
+            rejected = _elsewhere(rejected, [corners - (left, top) for corners in known])
+            found += self._closer_look(grey, rejected, PART_LOOKS, turn * PART_LOOKS)
+        return [
+            Candidate(family, number, (quad + 0.5) * scale - 0.5 + (left, top))
+            for family, number, quad in found
+        ]
 
     def _decode(
         self, part: ImageArray, least_side_px: float, windows: tuple[int, int, int]
@@ -172,7 +162,11 @@ class TagSearch:
         return found, rejected
 
     def _closer_look(
-        self, part: ImageArray, rejected: list[FloatArray]
+        self,
+        part: ImageArray,
+        rejected: list[FloatArray],
+        most: int = MOST_LOOKS,
+        first: int = 0,
     ) -> list[tuple[TagFamily, int, FloatArray]]:
         """Small quadrilaterals enlarged: their cells have too few pixels to be read as they are."""
         if not rejected:
@@ -190,7 +184,10 @@ class TagSearch:
         step = np.abs(step.mean(axis=1))
         rows = np.flatnonzero((sides < SMALL_PX) & (step > LEAST_STEP))
         found: list[tuple[TagFamily, int, FloatArray]] = []
-        for row in rows[np.argsort(-step[rows], kind="stable")][:MOST_LOOKS]:
+        rows = rows[np.argsort(-step[rows], kind="stable")]
+        if len(rows) > most:
+            rows = np.roll(rows, -first)[:most]
+        for row in rows:
             pad = 0.6 * sides[row] + 2.0
             low = np.clip(np.floor(quads[row].min(axis=0) - pad), 0, None).astype(int)
             high = np.ceil(quads[row].max(axis=0) + pad).astype(int) + 1
@@ -222,33 +219,36 @@ class TagSearch:
         return found
 
 
-@lru_cache(maxsize=8)  # asked for in every frame
-def _tiles(
-    shape: tuple[int, ...], most: int, *, before: bool = False
-) -> tuple[tuple[int, int, int, int], ...]:
-    """Windows of about one size that cover an image; of all grids of so many the one with the smallest windows.
+def grey_part(image: ImageArray, window: tuple[int, int, int, int]) -> ImageArray:
+    """Brightness of a part of an image.
 
-    They overlap to the right and downwards, or, if `before`, to the left and upwards.
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        Grey, or blue, green, red.
+    window : tuple of int
+        Left, top, right, bottom [px], the last two excluded.
+
+    Returns
+    -------
+    grey : (h, w) array
+        In one piece.
     """
-    height, width = shape[:2]
-    grids = [
-        (columns, rows)
-        for columns in range(1, max(min(most, width // LEAST_PART_PX), 1) + 1)
-        for rows in range(1, max(min(most // columns, height // LEAST_PART_PX), 1) + 1)
+    left, top, right, bottom = window
+    part = image[top:bottom, left:right]
+    if part.ndim == 3 and part.size:
+        return np.asarray(cv2.cvtColor(part, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+    return np.ascontiguousarray(part)
+
+
+def _elsewhere(quads: list[FloatArray], known: Sequence[FloatArray]) -> list[FloatArray]:
+    """Quadrilaterals that lie in none of some others: the cells of a tag are none."""
+    if not quads or not len(known):
+        return quads
+    hulls = [np.asarray(corners, dtype=np.float32).reshape(-1, 1, 2) for corners in known]
+    middles = [tuple(quad.mean(axis=0).tolist()) for quad in quads]
+    return [
+        quad
+        for quad, middle in zip(quads, middles, strict=True)
+        if not any(cv2.pointPolygonTest(hull, middle, measureDist=False) >= 0 for hull in hulls)
     ]
-    columns, rows = min(
-        grids, key=lambda grid: (width / grid[0] + OVERLAP_PX) * (height / grid[1] + OVERLAP_PX)
-    )
-    u = np.linspace(0, width, columns + 1).astype(int).tolist()
-    v = np.linspace(0, height, rows + 1).astype(int).tolist()
-    less, more = (OVERLAP_PX, 0) if before else (0, OVERLAP_PX)
-    return tuple(
-        (
-            max(left - less, 0),
-            max(top - less, 0),
-            min(right + more, width),
-            min(bottom + more, height),
-        )
-        for top, bottom in pairwise(v)
-        for left, right in pairwise(u)
-    )

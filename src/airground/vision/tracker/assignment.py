@@ -35,10 +35,6 @@ def assign(
     partner : (tracks,) array of int
         Sighting of each track; -1 for none.
     """
-    from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped,unused-ignore]
-    from scipy.sparse import coo_array  # type: ignore[import-untyped,unused-ignore]
-    from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped,unused-ignore]
-
     partner = np.full(shape[0], -1, dtype=np.intp)
     worth = gain > 0
     tracks, sightings, gain = tracks[worth], sightings[worth], gain[worth]
@@ -49,6 +45,10 @@ def assign(
     tracks, sightings, gain = tracks[~alone], sightings[~alone], gain[~alone]
     if len(tracks) == 0:
         return partner
+    from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped,unused-ignore]
+    from scipy.sparse import coo_array  # type: ignore[import-untyped,unused-ignore]
+    from scipy.sparse.csgraph import connected_components  # type: ignore[import-untyped,unused-ignore]
+
     total = sum(shape)
     graph = coo_array((np.ones(len(tracks)), (tracks, sightings + shape[0])), shape=(total, total))
     group = connected_components(graph, directed=False)[1][tracks]

@@ -27,6 +27,7 @@ __all__ = ["Beliefs", "MotionModel", "log_normal_2", "transition"]
 
 LOG_2PI = float(np.log(2 * np.pi))
 NODES, WEIGHTS = leggauss(8)  # exact to rounding for steps up to some T, and never not positive
+TIMES = np.concatenate([[1.0], 0.5 * (NODES + 1)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -290,21 +291,23 @@ def transition(dt: float, manoeuvre_s: float) -> tuple[FloatArray, FloatArray]:
     noise : (6, 6) array
         Covariance of what is added, for A = 1.
     """
-    velocity, position, left = _response(np.array([dt]), manoeuvre_s)
-    step = np.array([[1, dt, position[0]], [0, 1, velocity[0]], [0, 0, left[0]]])
-    times = 0.5 * dt * (NODES + 1)
-    velocity, position, left = _response(times, manoeuvre_s)
-    kicks = np.stack([position, velocity, left])  # what a kick that long ago has become
-    noise = (kicks * (0.5 * dt * WEIGHTS * 2 / manoeuvre_s)) @ kicks.T
-    both = np.eye(2)
-    return np.asarray(np.kron(step, both), float), np.asarray(np.kron(noise, both), float)
+    response = _response(dt * TIMES, manoeuvre_s)
+    kicks = response[:, 1:]  # what a kick that long ago has become
+    step, noise = np.zeros((6, 6)), np.zeros((6, 6))
+    step.ravel()[::7] = 1.0
+    step[[0, 1], [2, 3]] = dt
+    noise[::2, ::2] = (kicks * (WEIGHTS * (dt / manoeuvre_s))) @ kicks.T
+    for axis in (0, 1):
+        step[axis::2, 4 + axis] = response[:, 0]
+    noise[1::2, 1::2] = noise[::2, ::2]
+    return step, noise
 
 
-def _response(t: FloatArray, manoeuvre_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Velocity, position and acceleration some time after a unit of acceleration."""
+def _response(t: FloatArray, manoeuvre_s: float) -> FloatArray:
+    """Position, velocity and acceleration some time after a unit of acceleration."""
     s = t / manoeuvre_s
     gone = np.expm1(-s)
-    return -manoeuvre_s * gone, manoeuvre_s**2 * (s + gone), 1 + gone
+    return np.stack([manoeuvre_s**2 * (s + gone), -manoeuvre_s * gone, 1 + gone])
 
 
 def log_normal_2(off: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -112,24 +112,23 @@ class Looks:
         looks : Looks
             Then; a rate of turn fades.
         """
+        if dt == 0 or len(self.angle) == 0:
+            return self
         # The rate forgets itself (Ornstein and Uhlenbeck): bounded, and sound, however long the step.
-        keep = float(np.exp(-dt / TURN_S))
-        reach = -TURN_S * float(np.expm1(-dt / TURN_S))
+        gone = float(np.expm1(-dt / TURN_S))
+        keep, reach = 1 + gone, -TURN_S * gone
         ago = 0.5 * dt * (NODES + 1)
-        kicks = np.stack([-TURN_S * np.expm1(-ago / TURN_S), np.exp(-ago / TURN_S)])
+        turned = -TURN_S * np.expm1(-ago / TURN_S)
+        kicks = np.stack([turned, 1 - turned / TURN_S])
         noise = (kicks * (dt * WEIGHTS / TURN_S * TURN_RATE**2)) @ kicks.T
-        hh, hr, rr = self.spread.T
-        spread = np.column_stack(
-            [
-                hh + 2 * reach * hr + reach**2 * rr + noise[0, 0],
-                keep * (hr + reach * rr) + noise[0, 1],
-                keep**2 * rr + noise[1, 1],
-            ]
+        step = np.array(
+            [[1, 2 * reach, reach**2], [0, keep, keep * reach], [0, 0, keep**2]]  # of hh, hr, rr
         )
-        angle = np.column_stack(
-            [self.angle[:, 0] + reach * self.angle[:, 1], keep * self.angle[:, 1]]
-        )
-        size = self.size + np.array([0.0, SIZE_DRIFT**2 * dt])
+        spread = self.spread @ step.T
+        spread += noise[[0, 0, 1], [0, 1, 1]]
+        angle = self.angle @ np.array([[1.0, 0.0], [reach, keep]])
+        size = self.size.copy()
+        size[:, 1] += SIZE_DRIFT**2 * dt
         return type(self)(angle, spread, size, self.scatter)
 
     def evidence(self, tracks: IntArray, sightings: Sightings, columns: IntArray) -> FloatArray:

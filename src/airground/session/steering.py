@@ -1,0 +1,122 @@
+"""One step of all robots: by the calibration drive, by the fleet, or at rest; and what of it a person is told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from airground.control.command import STOP
+from airground.control.pilot import Links
+from airground.session.fleet import limits_at
+from airground.session.views import blind_view, steered_view
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from airground.control.command import VelocityCommand
+    from airground.session.fleet import Fleet
+    from airground.session.session import Session
+    from airground.session.tick import RobotView
+    from airground.vision.tracker import Track
+
+__all__ = ["Steering"]
+
+NEVER = -1e9  # heard
+GIVES_WAY_MPS = 0.03  # smaller changes that keep robots apart are not worth a line
+WAITS_S = 4.0  # a robot that gives way for so long will not get on by itself
+STANDS_MPS = 0.02
+
+
+class Steering:
+    """Decides what all robots are told.
+
+    Parameters
+    ----------
+    session : Session
+        Whose.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._held: dict[str, str] = {}
+        self._waits: dict[str, float] = {}
+
+    def decide(self, others: Sequence[Track]) -> tuple[list[RobotView], dict[str, VelocityCommand]]:
+        """Decide.
+
+        Parameters
+        ----------
+        others : sequence of Track
+            What else is in view.
+
+        Returns
+        -------
+        views : list of RobotView
+            For a person.
+        commands : dict of str to VelocityCommand
+            For the robots.
+        """
+        session = self._session
+        links = {name: self._links(name) for name in session.members}
+        if session.drive is not None:
+            views = session.drive.tick(session.t, links, others)
+            return views, {view.name: view.command for view in views}
+        if session.fleet is None:
+            views = [blind_view(session.t, one, "none", None) for one in session.members.values()]
+            return views, dict.fromkeys(session.members, STOP)
+        return self._steer(session.fleet, links, others)
+
+    def _steer(
+        self, fleet: Fleet, links: dict[str, Links], others: Sequence[Track]
+    ) -> tuple[list[RobotView], dict[str, VelocityCommand]]:
+        session = self._session
+        for name, member in session.members.items():
+            if fleet.pilot(name).safety.limits.speed_mps != limits_at(member).speed_mps:
+                fleet.set_limits(name, limits_at(member))
+        decided = fleet.tick(session.t, links, others)
+        views = []
+        for name, tick in decided.ticks.items():
+            busy = fleet.errands[name].controller is not None
+            if tick.sent.memory.latched and not session.operator.stopped:
+                if busy:
+                    reason = tick.sent.stop
+                    session.stop(f"{name}: {reason.line if reason else 'does not obey'}")
+                else:
+                    fleet.pilot(name).release()  # a person carried a robot that was to stand
+            apart = decided.separated[name]
+            gives_way = apart.reason if apart.changed > GIVES_WAY_MPS else ""
+            view = steered_view(session.t, session.members[name], fleet, tick, gives_way)
+            self._tell(view, busy=busy, gives_way=gives_way)
+            views.append(view)
+        return views, {name: tick.command for name, tick in decided.ticks.items()}
+
+    def _tell(self, view: RobotView, *, busy: bool, gives_way: str) -> None:
+        session, name = self._session, view.name
+        before = self._held.get(name, "")
+        now = view.stop_reason if busy and view.stop_reason != "starting" else ""
+        if now and now != before:
+            session.say(view.stop, "warning", name)
+        elif before and not now and busy:
+            session.say("goes on", "info", name)
+        self._held[name] = now
+        stands = abs(view.command.v) + abs(view.command.lateral) < STANDS_MPS
+        if not (busy and stands and not view.done and not now):
+            self._waits.pop(name, None)
+        elif gives_way or name in self._waits:
+            since = self._waits.setdefault(name, session.t)
+            if since < session.t - WAITS_S:
+                self._waits[name] = session.t + 1e9  # once
+                session.say("waits: something stands in its way", "warning", name)
+
+    def _links(self, name: str) -> Links:
+        session = self._session
+        member, heard_t = session.members[name], session.operator.heard_t
+        busy = session.drive is not None
+        if session.fleet is not None:
+            busy = busy or session.fleet.errands[name].controller is not None
+        frame_t = session.camera.fresh_t(session.offset_s)
+        return Links(
+            frame_t=NEVER if frame_t is None else frame_t,
+            operator_t=(NEVER if heard_t is None else heard_t) if busy else None,
+            robot_t=NEVER if member.heard_t is None else member.heard_t,
+            stop=session.operator.stopped,
+        )
