@@ -47,7 +47,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = _run(arguments)
         sys.stdout.flush()
     except AirgroundError as error:
-        print(f"airground: {_one_line(error)}", file=sys.stderr)
+        for line in getattr(
+            error, "lines", (str(error),)
+        ):  # a site file tells all its mistakes at once
+            print(f"airground: {_one_line(line)}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
         print("airground: interrupted", file=sys.stderr)
@@ -96,8 +99,8 @@ def _silence() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _one_line(error: AirgroundError) -> str:
-    return printable(" ".join(str(error).split()))
+def _one_line(text: str) -> str:
+    return printable(" ".join(text.split()))
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

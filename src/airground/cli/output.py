@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Notes",
     "image_size",
+    "note",
     "print_json",
     "printable",
     "refuse_overwriting",
@@ -53,6 +54,17 @@ class Notes:
         for line in self.lines:
             print(f"note: {printable(line)}", file=sys.stderr)
         self.lines.clear()
+
+
+def note(line: str) -> None:
+    """Print a remark on stderr now, while something runs.
+
+    Parameters
+    ----------
+    line : str
+        One line.
+    """
+    print(f"note: {printable(line)}", file=sys.stderr, flush=True)
 
 
 def print_json(document: object) -> None:

@@ -7,7 +7,19 @@ import re
 from typing import Any, NoReturn
 
 from airground._version import __version__
-from airground.cli import calibrate, demo, drive, identify, inspect, reproduce, speed, track
+from airground.cli import (
+    calibrate,
+    demo,
+    drive,
+    identify,
+    inspect,
+    record,
+    replay,
+    reproduce,
+    serve,
+    speed,
+    track,
+)
 from airground.errors import InputError
 
 __all__ = ["build_parser"]
@@ -16,6 +28,7 @@ DESCRIPTION = """\
 A camera that looks down on something that drives becomes a metric sensor and a joystick.
 
   airground demo                                    see it work, in a simulated world
+  airground serve                                   a live system to play with: open the address that it prints
   airground track --video drive.mp4 --out tracks.csv --preview preview.mp4
   airground calibrate --tracks tracks.csv --motion motion.csv --out calibration.json
   airground inspect calibration.json --picture view.png
@@ -26,6 +39,21 @@ A camera that looks down on something that drives becomes a metric sensor and a 
 EPILOG = (
     "Exit codes: 0 done, 2 wrong input, 3 the data do not determine the answer, "
     "4 a camera or robot cannot be reached or was lost, 130 interrupted, 1 a bug of ours."
+)
+
+
+COMMANDS = (
+    demo,
+    serve,
+    track,
+    identify,
+    calibrate,
+    inspect,
+    speed,
+    drive,
+    record,
+    replay,
+    reproduce,
 )
 
 
@@ -57,7 +85,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"airground {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (demo, track, identify, calibrate, inspect, speed, drive, reproduce):
+    for command in COMMANDS:
         sub = commands.add_parser(
             command.NAME,
             help=command.SUMMARY,

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LiveSession"]
 
-WATCHDOG_S = 0.3  # robots are stopped past the loop if it hangs for so long
+WATCHDOG_S = 0.5  # robots are stopped past the loop if it hangs for so long; most have such a watchdog of their own
 READ_S = 0.1
 NEWS_S = 0.25
 SWITCH_S = (
@@ -63,6 +63,8 @@ class LiveSession:
         Of the session; a new one where not given.
     recorder : Recorder, optional
         Is given every step, and every picture; closed at the end.
+    note : callable, optional
+        Told when the loop hangs, and when it is back, a line each.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class LiveSession:
         *,
         clock: SessionClock | None = None,
         recorder: Recorder | None = None,
+        note: Callable[[str], None] | None = None,
     ) -> None:
         self.clock = clock or SessionClock()
         self.stages = Stages()
@@ -92,7 +95,7 @@ class LiveSession:
         self._listeners: list[Callable[[SessionTick], None]] = []
         self._shown: ShownImage | None = None
         self._workers = Workers(self._inbox.put)
-        self._watchdog = Watchdog(list(self._robots.values()), WATCHDOG_S)
+        self._watchdog = Watchdog(list(self._robots.values()), WATCHDOG_S, tell=note)
         self._threads = [
             Thread(target=self._watch, name="session camera", daemon=True),
             Thread(target=self._run, name="session loop", daemon=True),

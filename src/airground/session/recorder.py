@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
+from airground.control import Floor
 from airground.records.calibration_file import calibration_document
 from airground.records.foxglove import seen_marks
 from airground.records.session_log import SessionLog
@@ -17,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from airground.calibration import Calibration
+    from airground.geometry.arrays import FloatArray
     from airground.session.handle import ShownImage
     from airground.session.inputs import Input
     from airground.session.options import SessionOptions
@@ -25,9 +30,9 @@ if TYPE_CHECKING:
 __all__ = ["Images", "Recorder", "outputs_document"]
 
 Images = Literal["none", "some", "all"]
-"""Which pictures are kept: none, `SOME_HZ` a second, or all."""
+"""Which pictures are kept: none, some in a second, or all."""
 
-SOME_HZ = 2.0
+POSE_EVERY = 5  # steps
 WAITING = (
     8  # coded pictures; more are dropped, as a loop that does not take them has other troubles
 )
@@ -46,6 +51,8 @@ class Recorder:
         What it began with.
     images : {"none", "some", "all"}
         Which pictures are kept.
+    image_hz : float
+        How many a second, where some.
     note : callable, optional
         Told in one line when the recording ends by itself.
 
@@ -62,6 +69,7 @@ class Recorder:
         calibration: Calibration | None,
         *,
         images: Images = "some",
+        image_hz: float = 2.0,
         note: Callable[[str], None] | None = None,
     ) -> None:
         header: dict[str, Any] = {
@@ -73,10 +81,13 @@ class Recorder:
         self.path = str(path)
         self._log = SessionLog(path, header, note=note)
         self._images: Images = images
+        self._image_hz = image_hz
         self._coded: deque[tuple[float, bytes]] = deque(maxlen=WAITING)
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="session pictures")
         self._busy = False
         self._due_s = -1e9
+        self._floor: Floor | None = None
+        self._undistort: Callable[[FloatArray], FloatArray] = np.asarray
 
     @property
     def trouble(self) -> str:
@@ -95,7 +106,7 @@ class Recorder:
             return
         if self._images == "some" and shown.arrived_s < self._due_s:
             return
-        self._due_s = shown.arrived_s + 1 / SOME_HZ
+        self._due_s = shown.arrived_s + 1 / self._image_hz
         self._busy = True
         self._pool.submit(self._code, shown)
 
@@ -118,12 +129,26 @@ class Recorder:
         for document in documents:
             if document["kind"] == "seen":
                 self._log.annotations(document["t"], seen_marks(document))
+        if calibration is not None:
+            self._floor = Floor(calibration.model, calibration.origin_px)
+            self._undistort = calibration.undistort
+        self._poses(tick)
         for event in tick.events:
             self._log.event(event.t, event.level, event.line, event.robot)
         if calibration is not None:
             self._log.calibration(tick.t, calibration_document(calibration))
         while self._coded:
             self._log.image(*self._coded.popleft())
+
+    def _poses(self, tick: SessionTick) -> None:
+        if self._floor is None or tick.number % POSE_EVERY:
+            return
+        for view in tick.robots:
+            if view.uv is None or view.heading_rad is None:
+                continue
+            x, y = self._floor.position(self._undistort(np.array(view.uv))).tolist()
+            if isfinite(x + y):
+                self._log.pose(tick.t, view.name, x, y, view.heading_rad)
 
     def close(self) -> None:
         """Write what waits, and close the file; again does nothing."""

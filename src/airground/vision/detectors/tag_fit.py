@@ -180,10 +180,14 @@ def _fit(
         H = moved / moved[:, 2:, 2:]
         blur = np.clip(blur + bounded[:, 8:], *BLUR_RANGE)
         size = np.abs(change[:, :8]).max(axis=1)
-        side_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]))
-        bent = BENT * size**2 * side_px / np.exp(blur.min(axis=1))
-        sigma = np.sqrt(prior * np.maximum(inverse[:, 2, 2], inverse[:, 5, 5]))
-        if ((size < LARGEST_STEP) & ((bent < ENOUGH * sigma) | (size < SMALL_STEP)) | ~alive).all():
+        # Twice the mean square of the step over the pixels, and the variance of the place: [half a side, squared].
+        place = inverse[:, 2, 2] + inverse[:, 5, 5]
+        moved = np.maximum((change * gradient).sum(axis=1), 0.0) * place
+        half_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]))
+        bent = BENT / 2 * moved * half_px / np.exp(blur.min(axis=1))
+        done = (bent < ENOUGH * np.sqrt(prior * place / 2)) | (size < SMALL_STEP)
+        done &= (np.abs(change[:, :10]) <= MOST_CHANGE).all(axis=1)
+        if (done | ~alive).all():
             break
     alive &= size < LARGEST_STEP
     scaled = design * (weight * left)[:, None]
@@ -209,7 +213,8 @@ def _step(
     """Inverse of the normal equations, their solution, their right side, and the residuals' mean square."""
     weighted = design * weight[:, None]
     A = (weighted @ design.swapaxes(1, 2)).astype(np.float64)
-    prior = ((weight * residual) * residual).sum(axis=1) / weight.sum(axis=1)
+    square = (weight * residual * residual).sum(axis=1) / weight.sum(axis=1)
+    prior = np.asarray(square, dtype=np.float64)
     A[:, DIAGONAL, DIAGONAL] *= 1.0 + 1e-6
     A[:, DIAGONAL, DIAGONAL] += 1e-9 + prior[:, None] * BLUR_PRIOR
     _leave_out(A, alive)
@@ -218,23 +223,6 @@ def _step(
     change = (inverse @ gradient)[..., 0]
     _leave_out(change, alive)
     return inverse, change, gradient[..., 0], prior
-
-
-def _straight(
-    H: FloatArray,
-    blur: FloatArray,
-    change: FloatArray,
-    gradient: FloatArray,
-    inverse: FloatArray,
-    prior: FloatArray,
-) -> NDArray[np.bool_]:
-    """Whether the step was so short that the pattern may be taken as linear along it."""
-    place = (inverse[:, 2, 2] + inverse[:, 5, 5]) / 2  # variance of where it is, but for the noise
-    moved = np.maximum((change * gradient).sum(axis=1), 0.0) * place  # mean square, of half a side
-    half_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]))
-    bent = BENT * moved * half_px / np.exp(blur.min(axis=1))
-    straight: NDArray[np.bool_] = bent < ENOUGH * np.sqrt(prior * place)
-    return straight
 
 
 def _leave_out(A: FloatArray, alive: NDArray[np.bool_]) -> None:

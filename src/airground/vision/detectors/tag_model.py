@@ -131,7 +131,7 @@ def pixels_of(
         there &= (q[:, 2] > 0).all(axis=1)[:, None]
     place = np.where(there, uv[:, 1] * shape[1] + uv[:, 0], -1).astype(np.intp)
     place.sort(axis=1)
-    there = place >= 0
+    there = np.asarray(place >= 0)
     there[:, 1:] &= place[:, 1:] != place[:, :-1]
     if count > COARSE * most:
         place, there = _thinned(place, there, most)

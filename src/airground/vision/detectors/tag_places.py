@@ -91,8 +91,8 @@ class PlacedTag:
         image_from_tag : (3, 3) array
             Then.
         """
-        H: FloatArray = self.image_from_tag + dt * (self.image_from_tag @ self.drift)
-        return H / H[2, 2]
+        H = self.image_from_tag + dt * (self.image_from_tag @ self.drift)
+        return np.asarray(H / H[2, 2])
 
     def stayed(self, cells: float) -> bool:
         """Whether the fit stayed where it began: one that slipped is no sighting.

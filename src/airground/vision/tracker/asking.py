@@ -86,10 +86,12 @@ def ask(
     doubt : (R,) array
         How probable it is that tracks were exchanged in this frame that no verdict is about.
     """
+    costs = doubtful(pairs, partner, roster.confirmed)
+    if not costs and not questions:
+        return [], np.zeros(len(roster))
     row_of = {int(serial): k for k, serial in enumerate(roster.serial)}
     alive = [q for q in questions if all(serial in row_of for serial in q.serials)]
     old = [tuple(row_of[serial] for serial in question.serials) for question in alive]
-    costs = doubtful(pairs, partner, roster.confirmed)
     edges = [edge for edge, _ in costs]
     together = [(int(k), int(host[k])) for k in np.flatnonzero(host >= 0)]
     asked = {k for rows in [*edges, *old] for k in rows}
@@ -253,7 +255,8 @@ def carry_on(
         Then.
     """
     parts = [h.beliefs for question in questions for h in question.hypotheses]
-    every, at = model.predict(beliefs.join(*parts), dt), len(beliefs)  # all at once is fast
+    # All at once is fast.
+    every, at = model.predict(beliefs.join(*parts) if parts else beliefs, dt), len(beliefs)
     hide = -np.expm1(-dt * options.hidden_per_s)
     show = -np.expm1(-dt / options.hidden_s)
     later = []
@@ -265,4 +268,4 @@ def carry_on(
             moved.append(replace(old, beliefs=every.take(rows), visible=seen))
         later.append(replace(question, hypotheses=moved))
     in_view: FloatArray = visible * (1 - hide) + (1 - visible) * show
-    return every.take(np.arange(len(beliefs))), in_view, later
+    return every.take(np.arange(len(beliefs))) if parts else every, in_view, later

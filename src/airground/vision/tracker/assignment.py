@@ -10,7 +10,13 @@ if TYPE_CHECKING:
     from airground.calibration.recordings import IntArray
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["assign"]
+__all__ = ["assign", "prepare"]
+
+
+def prepare() -> None:
+    """Have all loaded that `assign` ever needs: SciPy takes a second or more, and would take it when things first meet."""
+    from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
+    from scipy.sparse import csgraph  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
 
 
 def assign(

@@ -144,8 +144,10 @@ class Encounters:
             How much likelier it has become that each is another one.
         """
         shares = host >= 0
-        shares[host[shares]] = True
         away = self.away(roster, t, dt)
+        if not self._since and not shares.any() and not away.any():
+            return np.zeros(len(roster))
+        shares[host[shares]] = True
         back = np.flatnonzero(away & (partner >= 0) & ~shares & ~named)
         doubt = np.zeros(len(roster))
         if len(back):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -22,6 +23,7 @@ LEAST_SIGMA = 1e-4  # a heading is never known better than this [rad]
 SIZE_SIGMA = 0.3  # of the logarithm of a size, before it is learned
 SIZE_DRIFT = 0.1  # of the same, in a second
 SIZE_RANGE = 4.0  # range of the logarithms of clutter's sizes
+LOG_RANGE, LOG_2PI = float(np.log(SIZE_RANGE)), float(np.log(2 * np.pi))
 WORST = -6.0  # a heading may flip and an outline fail: evidence against is worth no more
 
 
@@ -56,12 +58,13 @@ class Looks:
             One for each.
         """
         n = len(sightings)
-        seen = ~np.isnan(sightings.angle) & ~np.isnan(sightings.angle_sigma)
-        angle = np.column_stack([np.where(seen, sightings.angle, np.nan), np.zeros(n)])
-        spread = np.column_stack(
-            [np.where(seen, _variance(sightings), 0), np.zeros(n), np.full(n, TURN_RATE**2)]
-        )
-        size = np.column_stack([log_sizes(sightings.outline), np.full(n, SIZE_SIGMA**2)])
+        angle, spread, size = np.zeros((n, 2)), np.zeros((n, 3)), np.empty((n, 2))
+        variance = _variance(sightings)
+        seen = ~np.isnan(sightings.angle + variance)
+        angle[:, 0] = np.where(seen, sightings.angle, np.nan)
+        spread[:, 0] = np.where(seen, variance, 0.0)
+        spread[:, 2] = TURN_RATE**2
+        size[:, 0], size[:, 1] = _log_sizes_of(sightings), SIZE_SIGMA**2
         return cls(angle, spread, size, np.full(n, SIZE_SIGMA**2))
 
     def take(self, rows: IntArray) -> Self:
@@ -126,7 +129,9 @@ class Looks:
         )
         spread = self.spread @ step.T
         spread += noise[[0, 0, 1], [0, 1, 1]]
-        angle = self.angle @ np.array([[1.0, 0.0], [reach, keep]])
+        angle = np.empty_like(self.angle)
+        angle[:, 0] = self.angle[:, 0] + reach * self.angle[:, 1]
+        angle[:, 1] = keep * self.angle[:, 1]
         size = self.size.copy()
         size[:, 1] += SIZE_DRIFT**2 * dt
         return type(self)(angle, spread, size, self.scatter)
@@ -150,11 +155,12 @@ class Looks:
         """
         off = wrap(sightings.angle[columns] - self.angle[tracks, 0])
         variance = self.spread[tracks, 0] + _variance(sightings)[columns]
-        heading = _log_normal(off, np.minimum(variance, 3.0)) + np.log(2 * np.pi)
-        off = log_sizes(sightings.outline[columns]) - self.size[tracks, 0]
-        size = _log_normal(off, self.size[tracks, 1] + self.scatter[tracks]) + np.log(SIZE_RANGE)
-        parts = np.stack([heading, size])
-        log_ratio: FloatArray = np.where(np.isnan(parts), 0.0, np.maximum(parts, WORST)).sum(axis=0)
+        heading = _log_normal(off, np.minimum(variance, 3.0)) + LOG_2PI
+        off = _log_sizes_of(sightings)[columns] - self.size[tracks, 0]
+        size = _log_normal(off, self.size[tracks, 1] + self.scatter[tracks]) + LOG_RANGE
+        parts = np.maximum(np.stack([heading, size]), WORST)
+        parts[np.isnan(parts)] = 0.0
+        log_ratio: FloatArray = parts[0] + parts[1]
         return log_ratio
 
     def update(self, tracks: IntArray, sightings: Sightings, columns: IntArray) -> Self:
@@ -174,30 +180,36 @@ class Looks:
         looks : Looks
             All of them, with what was seen.
         """
+        if len(tracks) == 0:
+            return self
         fresh = type(self).begin(sightings).take(columns)
         angle, spread = self.angle.copy(), self.spread.copy()
         size, scatter = self.size.copy(), self.scatter.copy()
 
         first = np.isnan(angle[tracks, 0])
-        angle[tracks[first]], spread[tracks[first]] = fresh.angle[first], fresh.spread[first]
+        if first.any():
+            angle[tracks[first]], spread[tracks[first]] = fresh.angle[first], fresh.spread[first]
         more = ~first & ~np.isnan(fresh.angle[:, 0])
         rows, noise = tracks[more], fresh.spread[more, 0]
         hh, hr, rr = spread[rows].T
         off = wrap(fresh.angle[more, 0] - angle[rows, 0])
-        gain = np.stack([hh, hr]) / (hh + noise)
-        angle[rows] += (gain * off).T
-        angle[rows, 0] = wrap(angle[rows, 0])
-        spread[rows] = np.column_stack([gain[0] * noise, hr * (1 - gain[0]), rr - gain[1] * hr])
+        gain, slope = hh / (hh + noise), hr / (hh + noise)
+        angle[rows, 0] = wrap(angle[rows, 0] + gain * off)
+        angle[rows, 1] += slope * off
+        spread[rows] = np.stack([gain * noise, hr * (1 - gain), rr - slope * hr], axis=1)
 
         first = np.isnan(size[tracks, 0])
-        size[tracks[first]] = fresh.size[first]
+        if first.any():
+            size[tracks[first]] = fresh.size[first]
         more = ~first & ~np.isnan(fresh.size[:, 0])
         rows = tracks[more]
-        off = fresh.size[more, 0] - size[rows, 0]
-        part = size[rows, 1] / (size[rows, 1] + scatter[rows])
-        size[rows, 0] += part * off
-        size[rows, 1] *= 1 - part
-        scatter[rows] = np.clip(0.95 * scatter[rows] + 0.05 * off**2, 0.05**2, 0.5**2)
+        before, loose = size[rows], scatter[rows]
+        off = fresh.size[more, 0] - before[:, 0]
+        part = before[:, 1] / (before[:, 1] + loose)
+        before[:, 0] += part * off
+        before[:, 1] *= 1 - part
+        size[rows] = before
+        scatter[rows] = np.clip(0.95 * loose + 0.05 * off**2, 0.05**2, 0.5**2)
         return type(self)(angle, spread, size, scatter)
 
 
@@ -205,6 +217,11 @@ def _variance(sightings: Sightings) -> FloatArray:
     """Of headings; NaN where there is none."""
     variance: FloatArray = np.maximum(sightings.angle_sigma, LEAST_SIGMA) ** 2
     return variance
+
+
+@lru_cache(maxsize=2)  # asked for several times of each frame
+def _log_sizes_of(sightings: Sightings) -> FloatArray:
+    return log_sizes(sightings.outline)
 
 
 def log_sizes(outline: FloatArray) -> FloatArray:
@@ -222,8 +239,8 @@ def log_sizes(outline: FloatArray) -> FloatArray:
     """
     if np.isnan(outline[:, 0, 0]).all():
         return np.full(len(outline), np.nan)
-    u, v = outline[..., 0], outline[..., 1]
-    area = 0.5 * np.abs((u * np.roll(v, -1, axis=1) - v * np.roll(u, -1, axis=1)).sum(axis=1))
+    one, other = (outline[:, :2] - outline[:, 2:]).swapaxes(0, 1)  # the diagonals
+    area = 0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
     root: FloatArray = 0.5 * np.log(np.where(area > 0, area, np.nan))
     return root
 
@@ -246,5 +263,5 @@ def wrap(angle: FloatArray) -> FloatArray:
 
 
 def _log_normal(off: FloatArray, variance: FloatArray) -> FloatArray:
-    log: FloatArray = -0.5 * (off**2 / variance + np.log(2 * np.pi * variance))
+    log: FloatArray = -0.5 * (off * off / variance + np.log(variance) + LOG_2PI)
     return log

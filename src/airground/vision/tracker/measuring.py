@@ -68,9 +68,13 @@ def measure(
     column[guests] = partner[host[guests]]
     rows = np.flatnonzero(column >= 0)
     noise = sightings.covariance[column[rows]].copy()
-    loose = shared[rows]
-    near = np.fmax(np.exp(looks.size[rows[loose], 0]), options.merge_px)
-    noise[loose] = shared_noise(noise[loose], near, dt)
-    after, _ = model.update(beliefs.take(rows), sightings.uv[column[rows]], noise)
+    if len(guests):
+        loose = shared[rows]
+        near = np.fmax(np.exp(looks.size[rows[loose], 0]), options.merge_px)
+        noise[loose] = shared_noise(noise[loose], near, dt)
     own = np.flatnonzero((partner >= 0) & ~shared & ~asked)
-    return beliefs.put(rows, after), looks.update(own, sightings, partner[own])
+    fresh = looks.update(own, sightings, partner[own])
+    if len(rows) == len(beliefs):
+        return model.update(beliefs, sightings.uv[column], noise)[0], fresh
+    after, _ = model.update(beliefs.take(rows), sightings.uv[column[rows]], noise)
+    return beliefs.put(rows, after), fresh

@@ -88,6 +88,8 @@ def share(
     """
     partner = partner.copy()
     lonely = np.flatnonzero(eligible & (partner < 0))
+    if len(lonely) == 0:
+        return partner, np.full(len(partner), -1, dtype=np.intp)
     blobs = [j for j in np.flatnonzero(free) if sightings.labels[j] == ""]
     if len(lonely) > 1 and blobs:
         sigma = np.sqrt(np.trace(spread[lonely], axis1=1, axis2=2))

@@ -46,6 +46,7 @@ def find_pairs(
     chance: FloatArray,
     sightings: Sightings,
     options: TrackerOptions,
+    combined: tuple[FloatArray, FloatArray] | None = None,
 ) -> Pairs:
     """All pairs within the gates.
 
@@ -63,22 +64,25 @@ def find_pairs(
         Of the frame.
     options : TrackerOptions
         Gates and clutter.
+    combined : tuple of array, optional
+        ``beliefs.combined(2)``, where it is known.
 
     Returns
     -------
     pairs : Pairs
         In the order of tracks, then sightings.
     """
-    middle, spread = beliefs.combined(2)
+    middle, spread = beliefs.combined(2) if combined is None else combined
     square = -2 * np.log1p(-options.gate)  # chi-square with two degrees of freedom
     noise = sightings.covariance
-    loudest = np.trace(noise, axis1=1, axis2=2).max(initial=0.0)
-    reach = square * (np.trace(spread, axis1=1, axis2=2) + loudest)
+    loudest = float((noise[:, 0, 0] + noise[:, 1, 1]).max(initial=0.0))
+    reach = square * (spread[:, 0, 0] + spread[:, 1, 1] + loudest)
 
     codes = {label: k for k, label in enumerate(sorted({*labels, *sightings.labels} - {""}), 1)}
     code_of_track = np.array([codes.get(label, 0) for label in labels], dtype=np.intp)
     code_of_sighting = np.array([codes.get(label, 0) for label in sightings.labels], dtype=np.intp)
-    fierce = REACH * np.sqrt(np.trace(beliefs.covariance[:, -1, :2, :2], axis1=1, axis2=2))
+    fiercest = beliefs.covariance[:, -1]
+    fierce = REACH * np.sqrt(fiercest[:, 0, 0] + fiercest[:, 1, 1])
     fierce += REACH * np.sqrt(loudest) + 0.5 * options.merge_px
     reach = np.where(code_of_track > 0, np.maximum(reach, fierce**2), reach)
 

@@ -9,7 +9,7 @@ import numpy as np
 from airground.errors import InputError
 from airground.vision.sightings import Sightings
 from airground.vision.tracker.asking import ask, carry_on
-from airground.vision.tracker.assignment import assign
+from airground.vision.tracker.assignment import assign, prepare
 from airground.vision.tracker.beliefs import MotionModel
 from airground.vision.tracker.encounters import Encounters, mistaken
 from airground.vision.tracker.looks import Looks
@@ -49,6 +49,7 @@ class Tracker:
 
     def __init__(self, options: TrackerOptions | None = None) -> None:
         self.options = options or TrackerOptions()
+        prepare()
         self._model = MotionModel.from_options(self.options)
         self.reset()
 
@@ -134,6 +135,7 @@ class Tracker:
             self._beliefs, roster.visible, self._questions, dt, model=self._model, options=options
         )
         chance = visible * options.detection
+        middle, spread = self._beliefs.combined(2)
         pairs = find_pairs(
             self._beliefs,
             self._looks,
@@ -141,13 +143,13 @@ class Tracker:
             chance=chance,
             sightings=sightings,
             options=options,
+            combined=(middle, spread),
         )
         # A candidate may be nothing at all, and then cannot own a sighting.
         doubt = np.where(roster.confirmed, 0.0, -np.log1p(np.exp(-np.clip(roster.score, -50, 50))))
         gain = pairs.gain + doubt[pairs.tracks]
         partner = assign(pairs.tracks, pairs.sightings, gain, (len(roster), len(sightings)))
 
-        middle, spread = self._beliefs.combined(2)
         fresh = roster.confirmed & (sightings.t - roster.touched < RECENT_S / 2 + dt)
         free = np.ones(len(sightings), dtype=np.bool_)
         free[partner[roster.confirmed & (partner >= 0)]] = False
@@ -179,21 +181,24 @@ class Tracker:
         self._hear(verdicts, doubt_now)
         for verdict in verdicts:
             partner[verdict.rows], host[verdict.rows] = verdict.own, verdict.host
-        claimed = partner[roster.confirmed & (partner >= 0)]
-        partner[~roster.confirmed & np.isin(partner, claimed)] = -1
+        if not roster.confirmed.all():
+            claimed = partner[roster.confirmed & (partner >= 0)]
+            partner[~roster.confirmed & np.isin(partner, claimed)] = -1
         host[(host >= 0) & (partner[host] < 0)] = -1
         won = np.zeros(len(roster))
         own = partner[pairs.tracks] == pairs.sightings
         won[pairs.tracks[own]] = pairs.gain[own] + np.log1p(-chance[pairs.tracks[own]])
         won[partner < 0] = np.log1p(-chance[partner < 0])
-        open_now = {serial for question in self._questions for serial in question.serials}
+        asked = np.zeros(len(roster), dtype=np.bool_)
+        for question in self._questions:
+            asked |= np.isin(roster.serial, question.serials)
         self._beliefs, self._looks = measure(
             self._beliefs,
             self._looks,
             sightings,
             partner=partner,
             host=host,
-            asked=np.isin(roster.serial, list(open_now)),
+            asked=asked,
             model=self._model,
             options=options,
             dt=dt,
@@ -250,6 +255,9 @@ class Tracker:
         """Take candidates for things: for some that were lost, or for new ones."""
         roster = self._roster
         ready = self._naming.ready(roster)
+        self._joined = ()
+        if not ready.any():
+            return
         lost, back, doubt = find_returned(self._beliefs, roster, ready, self.options)
         ready[back] = False
         self._naming.confirm(roster, np.flatnonzero(ready))

@@ -33,7 +33,7 @@ export function robotsPanel({ orders, choose }) {
     const facts = make("span", { class: "facts-line" }, make("span", {}, seen, heard), error);
     const why = make("span", { class: "why" });
     const head = make("button", { class: "head", testid: `robot-${info.name}`, "aria-pressed": "false", title: `Choose (${index + 1})` },
-      mark, make("span", { class: "clip" }, make("span", { class: "name", text: `${index + 1} ${info.name}` }), task), speed, facts, why);
+      mark, make("span", { class: "who" }, make("span", { class: "name", text: `${index + 1} ${info.name}` }), task), speed, facts, why);
     speed.dataset.testid = `robot-speed-${info.name}`;
     head.addEventListener("click", () => choose(info.name));
 
