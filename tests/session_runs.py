@@ -28,7 +28,8 @@ GOOD_WHEELS = OdometryNoise(speed_share=0.02)
 SIGMA = 0.003
 """Relative deviation that the calibration of tests states."""
 
-RED_GOAL, BLUE_GOAL = (420.0, 430.0), (860.0, 400.0)
+RED_GOAL, BLUE_GOAL = (822.0, 227.0), (1112.0, 431.0)
+"""Three metres straight ahead of the one; behind the other."""
 STANDS_MPS = 0.02
 
 

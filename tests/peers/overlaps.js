@@ -2,7 +2,8 @@
 // - texts that lie over each other, unless one is part of a layer that is meant to cover (toast, menu, sheet);
 // - texts that are cut off by their own box, apart from those that end in an ellipsis and say so by their title;
 // - controls and texts that are outside of the window, or scroll the page;
-// - controls that are smaller than 24 x 24 px.
+// - controls that are smaller than 24 x 24 px, or covered;
+// - texts whose contrast to what is behind them is below 4.5 (3 for large ones), disabled controls apart.
 (() => {
   const faults = [];
   const W = document.documentElement.clientWidth, H = document.documentElement.clientHeight;
@@ -55,6 +56,32 @@
     const box = node.getBoundingClientRect();
     if (box.left < -1 || box.right > W + 1) faults.push(`outside: ${node.dataset.testid ?? node.id ?? node.className}`);
     if (box.width < 24 || box.height < 24) faults.push(`small: ${node.dataset.testid ?? node.className} ${Math.round(box.width)}x${Math.round(box.height)}`);
+  }
+  const numbers = (colour) => {
+    const [r, g, b, a = 1] = (colour.match(/[\d.]+/g) ?? [0, 0, 0, 0]).map(Number);
+    return [r, g, b, a];
+  };
+  const light = ([r, g, b]) => {
+    const [x, y, z] = [r, g, b].map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * x + 0.7152 * y + 0.0722 * z;
+  };
+  const behind = (node) => {
+    const over = [];
+    for (let up = node; up; up = up.parentElement) {
+      const colour = numbers(getComputedStyle(up).backgroundColor);
+      if (colour[3] > 0) over.push(colour);
+      if (colour[3] === 1) break;
+    }
+    return over.reverse().reduce((under, [r, g, b, a]) => [r, g, b].map((c, k) => a * c + (1 - a) * under[k]), [255, 255, 255]);
+  };
+  for (const { node, words } of texts) {
+    if (node.closest(":disabled")) continue;
+    const style = getComputedStyle(node);
+    const [a, b] = [light(numbers(style.color)), light(behind(node))];
+    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    const size = parseFloat(style.fontSize);
+    const large = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);
+    if (contrast < (large ? 3 : 4.5)) faults.push(`contrast ${contrast.toFixed(2)}: "${words}"`);
   }
   // Under a finger, a control must be what is seen there.
   for (const node of document.querySelectorAll("button:not(:disabled)")) {

@@ -20,6 +20,7 @@ SUMMARY = "drive a robot to a pixel, or along a path sketched in the image"
 EXAMPLE = """\
   airground drive --calibration calibration.json --goal 700,420
   airground drive --calibration calibration.json --path path.csv --speed-mps 0.3 --out out/drive
+  airground drive --calibration calibration.json --site site.toml --robot red --goal 700,420
 
 Without a site it drives in the embedded world: the demo's, if the calibration is one of its camera; otherwise in
 one that the calibration could have come from, with a true g that is off by what the calibration is uncertain.
@@ -49,8 +50,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--path", type=Path, metavar="P", help="sketched path: CSV with u_px,v_px[,speed_mps]"
     )
     parser.add_argument(
-        "--site", type=Path, metavar="SITE", help="a live site's camera and robot (not built yet)"
+        "--site", type=Path, metavar="SITE", help="drive a robot of a live site (TOML) instead"
     )
+    parser.add_argument("--robot", metavar="NAME", help="which of the site's robots; the first")
     parser.add_argument(
         "--heading-deg",
         type=_finite,
@@ -100,10 +102,8 @@ def run(args: Namespace) -> None:
     InputError
         If what is asked for cannot be driven.
     """
-    if args.site is not None:
-        raise InputError(
-            "--site: live sites come in a later version; leave it out to drive in the embedded world"
-        )
+    if args.robot is not None and args.site is None:
+        raise InputError("--robot goes with --site; the embedded world of drive has one robot")
     if args.heading_deg is not None and args.path is not None:
         raise InputError("--heading-deg goes with --goal; a path ends in its own direction")
     from airground.calibration import Calibration
@@ -114,6 +114,12 @@ def run(args: Namespace) -> None:
     notes = Notes()
     calibration = Calibration.load(args.calibration)
     drawn = None if args.path is None else read_path(args.path, note=notes)
+    if args.site is not None:
+        from airground.cli.drive_site import drive_site
+
+        drive_site(args, calibration, drawn)
+        notes.flush()
+        return
     order = DriveOrder(
         goals_px=tuple(args.goal or ()),
         drawn=drawn,

@@ -55,7 +55,7 @@ class CalibrationSite:
     file: Path | None = None
     """calibration.json to begin with; None for none."""
 
-    wanted_sigma: float = 0.03
+    wanted_sigma: float = 0.05
     """Relative deviation of ground velocities at which a calibration drive is good enough."""
 
     lens: Literal["auto", "none", "division"] = "none"

@@ -142,7 +142,7 @@ class BlindRobot:
             uv_dot=now.uv_dot,
             step_px=step_px,
             speed_mps=now.speed_mps,
-            turn_radps=now.turn_radps,
+            turn_radps=self.driver.gauge.turn_rate if now.turn_radps is None else now.turn_radps,
             frame_t=links.frame_t,
             operator_t=links.operator_t,
             robot_t=links.robot_t,

@@ -278,6 +278,7 @@ class CalibrationDrive:
             driver.driven,
             heading_rad=now.heading_rad,
             margin_px=self._session.options.border_px,
+            others=now.others,
         )
         driver.give(self._leg)
 

@@ -15,6 +15,7 @@ __all__ = ["CameraWatch"]
 FRAMES = 20  # over which the rate is taken
 FROZEN_S = 0.3  # one and the same picture for longer is no picture of what is there now
 SILENT_S = 0.5
+BAD = ("lost", "frozen", "late", "ended")
 
 
 class CameraWatch:
@@ -25,6 +26,7 @@ class CameraWatch:
         self._news: CameraNews | None = None
         self._arrived: deque[float] = deque(maxlen=FRAMES)
         self._fresh_t: float | None = None
+        self._state = ""
 
     @property
     def size_px(self) -> tuple[int, int] | None:
@@ -72,7 +74,10 @@ class CameraWatch:
         t : float or None [s]
             None before the first.
         """
-        return None if self._fresh_t is None else self._fresh_t + offset_s
+        fresh = self._fresh_t
+        if fresh is not None and self.frozen and self._news is not None and self.newest is not None:
+            fresh = min(fresh, self.newest.t - self._news.frozen_s)  # when it last changed
+        return None if fresh is None else fresh + offset_s
 
     def view(self, t: float, offset_s: float) -> CameraView:
         """Say how it stands.
@@ -100,11 +105,10 @@ class CameraWatch:
             line = line or f"the same picture for {news.frozen_s:.1f} s: is the camera stuck?"
         elif newest is not None and age is not None and age > SILENT_S:
             silent = t - newest.arrived_s
-            state = "lost" if silent > SILENT_S else "late"
+            late = silent <= SILENT_S and age - silent > SILENT_S
+            state = "late" if late else "lost"
             line = line or (
-                f"no picture for {silent:.1f} s"
-                if state == "lost"
-                else f"pictures are {age:.1f} s old"
+                f"pictures are {age:.1f} s old" if late else f"no picture for {silent:.1f} s"
             )
         rate = 0.0
         if len(self._arrived) > 1 and self._arrived[-1] > self._arrived[0] and state != "lost":
@@ -117,3 +121,25 @@ class CameraWatch:
             index=-1 if newest is None else newest.index,
             size_px=self.size_px,
         )
+
+    def changes(self, t: float, offset_s: float) -> list[tuple[str, str]]:
+        """Say how it stands, if that is not how it stood when one last asked.
+
+        Parameters
+        ----------
+        t : float [s]
+            Now.
+        offset_s : float [s]
+            To be added to the camera's stamps.
+
+        Returns
+        -------
+        changes : list of (str, str)
+            Level and line; one at most.
+        """
+        view = self.view(t, offset_s)
+        before, self._state = self._state, view.state
+        if before in ("", view.state):
+            return []
+        line = f"camera: {view.state}" + (f": {view.line}" if view.line else "")
+        return [("warning" if view.state in BAD else "info", line)]

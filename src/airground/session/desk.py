@@ -60,9 +60,11 @@ class Desk:
         Parameters
         ----------
         what : str
-            Of `give`.
+            Of `give`, or its first word.
         """
-        self._waiting = {k: v for k, v in self._waiting.items() if v[0] != what}
+        self._waiting = {
+            k: v for k, v in self._waiting.items() if what not in (v[0], v[0].split(" ")[0])
+        }
 
     def waits_for(self, what: str) -> bool:
         """Tell whether work of a kind is under way.

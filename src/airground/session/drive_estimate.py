@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from airground.errors import AirgroundError
 from airground.session.drive_data import DriveData
-from airground.session.live_estimate import LegQuestion, LiveAnswer, LiveEstimate
+from airground.session.image_sigma import image_sigma
+from airground.session.live_estimate import ROUGH, LegQuestion, LiveAnswer, LiveEstimate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,24 +56,24 @@ class DriveEstimate:
         self._answered = answered
         self._asked_t = -1e9
         self._solved_sightings = 0
+        self._whole_sigma = inf
 
     @property
     def good(self) -> bool:
         """Whether it is good enough, by the whole drive: that finds out how noisy readings are; the other is told."""
-        whole, wanted = self.whole, self._session.options.wanted_sigma
-        return whole is not None and whole.observability.relative_sigma <= wanted
+        return self.whole is not None and self._whole_sigma <= self._session.options.wanted_sigma
 
     @property
     def sigma(self) -> float:
-        """Relative deviation of ground velocities; infinite while nothing is known."""
+        """Relative deviation of ground velocities over the image; infinite while nothing is known."""
         if self.whole is not None:
-            return self.whole.observability.relative_sigma
+            return self._whole_sigma
         return inf if self.answer is None else self.answer.relative_sigma
 
     @property
     def known(self) -> bool:
-        """Whether there is any estimate."""
-        return self.answer is not None and self.answer.calibration is not None
+        """Whether there is an estimate that legs can be planned with."""
+        return self.answer is not None and self.answer.relative_sigma < ROUGH
 
     def bias(self, robot: str) -> float:
         """Tell what a robot's compass reads more than the heading on the ground [rad], as far as it is known.
@@ -156,10 +157,14 @@ class DriveEstimate:
             if isinstance(result, AirgroundError):
                 return  # too little yet; what is missing will be driven
             was_good, self.whole = self.good, result
+            self._whole_sigma = self._over_image(result)
             if self.good and not was_good:
                 self._session.say(f"calibration drive: good enough, {self.sigma:.1%}")
 
         desk.give("check", self._solution(), then, heavy=True)
+
+    def _over_image(self, calibration: Calibration) -> float:
+        return image_sigma(calibration, self._size_px, self._session.options.border_px)
 
     def _solution(self) -> Callable[[], Calibration]:
         options = self._session.options

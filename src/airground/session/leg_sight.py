@@ -61,7 +61,7 @@ def leg_input(
         uv = (float(track.uv[0]), float(track.uv[1]))
         uv_dot = (float(track.uv_dot[0]), float(track.uv_dot[1]))
     elif member.seen_uv is not None:
-        uv, uv_dot = (float(member.seen_uv[0]), float(member.seen_uv[1])), (0.0, 0.0)
+        uv = (float(member.seen_uv[0]), float(member.seen_uv[1]))
     far = FAR_SHARE * min(size_px)
     if uv is not None:
         steps = [local.px_per_m(uv, heading) for heading in (0.0, pi / 2)]

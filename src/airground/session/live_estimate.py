@@ -11,15 +11,21 @@ import numpy as np
 from airground.calibration import OnlineCalibrator, OnlineOptions, next_leg
 from airground.calibration.guidance_types import LegOptions
 from airground.errors import UndeterminedError
+from airground.session.image_sigma import image_sigma
 
 if TYPE_CHECKING:
     from airground.calibration import Calibration, Leg
     from airground.robots import RobotReading
 
-__all__ = ["Batch", "LegQuestion", "LiveAnswer", "LiveEstimate"]
+__all__ = ["ROUGH", "Batch", "LegQuestion", "LiveAnswer", "LiveEstimate"]
 
 CAMERA_LATE_SIGMA_S = 0.1  # how late a camera's stamps may be, before anything is known
 COMPASSES_APART_RAD = 0.1
+WHEELS = 0.06  # noise density of an odometer that is off by 2 %, slowly changing over 4 s [sqrt(s)]
+BORDERS = 1.5  # legs end so far inside, as what ends them is an estimate
+ROUGH = 0.3  # relative deviation of the estimate above which it plans no legs
+LONGEST_S = 7.0  # of a leg: long ones lead where the others cannot follow
+TURN_COST_M = 1.0  # a turn on the spot takes as long as a metre, nearly
 
 Sighted = tuple[float, tuple[str, ...], tuple[tuple[float, float], ...]]
 
@@ -57,7 +63,7 @@ class LiveAnswer:
     """None while the motion does not determine one."""
 
     relative_sigma: float
-    """Of ground velocities where robots were seen; infinite while nothing is known."""
+    """Of ground velocities over the image; infinite while nothing is known."""
 
     sightings: int
     """That were used."""
@@ -91,6 +97,7 @@ class LiveEstimate:
             OnlineOptions(
                 time_offset_sigma_s=CAMERA_LATE_SIGMA_S,
                 heading_bias_sigma_rad=COMPASSES_APART_RAD,
+                speed_noise=WHEELS,
                 image_size_px=size_px,
             )
         )
@@ -117,24 +124,27 @@ class LiveEstimate:
         for t, names, uv in batch.frames:
             estimator.frame(t, names, np.array(uv).reshape(-1, 2))
         calibration, state = estimator.calibration(), estimator.state
+        sigma = inf
+        if calibration is not None:
+            sigma = image_sigma(calibration, self._size_px, self._border_px)
         leg, trouble = None, ""
-        if question is not None and calibration is not None:
+        if question is not None and calibration is not None and sigma < ROUGH:
             try:
                 leg = next_leg(
                     estimator,
                     question.uv,
                     self._size_px,
-                    margin_px=self._border_px,
+                    margin_px=BORDERS * self._border_px,
                     target=question.robot,
                     options=LegOptions(
                         speed_mps=question.speed_mps,
                         sightings_hz=max(self._rate_hz, 1.0),
-                        longest_m=10 * question.speed_mps,
+                        longest_m=LONGEST_S * question.speed_mps,
+                        turn_cost_m=TURN_COST_M,
                     ),
                 )
             except UndeterminedError as error:
                 trouble = str(error)
-        sigma = state.relative_sigma if calibration is not None else inf
         return LiveAnswer(
             calibration, sigma, state.counts.used, state.phase == "bumped", leg, trouble
         )

@@ -83,8 +83,8 @@ class SessionOptions:
     others_radius_m: float = 0.4
     """Of the disc that holds a thing that is not ours [m]."""
 
-    wanted_sigma: float = 0.03
-    """Relative deviation of ground velocities at which a calibration is good enough."""
+    wanted_sigma: float = 0.05
+    """Relative deviation of ground velocities over the image at which a calibration is good enough."""
 
     border_px: float = 40.0
     """How far from the image's border robots are kept while calibrating [px]."""

@@ -72,7 +72,6 @@ class Session:
         self._other_views: tuple[OtherView, ...] = ()
         self._events: list[SessionEvent] = []
         self._refused: list[tuple[str, str]] = []
-        self._camera_state = ""
         self._revision = 0
         self._number = 0
         if calibration is not None:
@@ -100,7 +99,8 @@ class Session:
             self._take(one)
         if self.operator.silent(t):
             self._leave(f"{self.operator.client} is not heard any more: all robots stand")
-        self._watch_camera()
+        for level, line in self.camera.changes(t, self.offset_s):
+            self.say(line, level)
         robots, commands = self._steering.decide(self._others)
         self._number += 1
         tick = SessionTick(
@@ -200,7 +200,6 @@ class Session:
         self._others = [
             k for k in tracks if k.confirmed and k.serial not in ours and k.lost_for < OTHERS_S
         ]
-
         self._other_views = tuple(other_view(k, self.calibration) for k in self._others)
 
     def _hear(self, heard: Heard) -> None:
@@ -277,7 +276,6 @@ class Session:
         """
         self.calibration = calibration
         self._revision += 1
-        self.paths.clear()
         size = self.camera.size_px or calibration.image_size_px
         ground = Ground.of(calibration)
         self.fleet = Fleet(ground, self.options, self.members, fresh=fresh, size_px=size)
@@ -311,6 +309,8 @@ class Session:
 
     def _draw_fences(self) -> None:
         self.desk.cancel("fences")
+        self.desk.cancel("sketch")
+        self.paths.clear()  # they were checked against others
         self.fences_trouble = ""
         if self.fleet is None:
             return
@@ -331,14 +331,6 @@ class Session:
             self.say(self.fences_trouble, "error")
         elif self.fleet is not None:
             self.fleet.set_fence(result)
-
-    def _watch_camera(self) -> None:
-        view = self.camera.view(self.t, self.offset_s)
-        if view.state != self._camera_state and self._camera_state:
-            bad = view.state in ("lost", "frozen", "late", "ended")
-            line = f"camera: {view.state}" + (f": {view.line}" if view.line else "")
-            self.say(line, "warning" if bad else "info")
-        self._camera_state = view.state
 
     def _calibration_view(self) -> CalibrationView:
         c = self.calibration

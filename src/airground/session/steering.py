@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING
 
 from airground.control.command import STOP
 from airground.control.pilot import Links
+from airground.control.safety.types import StopReason
 from airground.session.fleet import limits_at
+from airground.session.headway import Headway
 from airground.session.views import blind_view, steered_view
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from airground.control.command import VelocityCommand
+    from airground.control.pilot import PilotTick
     from airground.session.fleet import Fleet
     from airground.session.session import Session
     from airground.session.tick import RobotView
@@ -24,6 +27,7 @@ NEVER = -1e9  # heard
 GIVES_WAY_MPS = 0.03  # smaller changes that keep robots apart are not worth a line
 WAITS_S = 4.0  # a robot that gives way for so long will not get on by itself
 STANDS_MPS = 0.02
+STRAYS_S = 5.0  # between two lines about a robot that moves and is to stand
 
 
 class Steering:
@@ -39,6 +43,8 @@ class Steering:
         self._session = session
         self._held: dict[str, str] = {}
         self._waits: dict[str, float] = {}
+        self._headway = {name: Headway() for name in session.members}
+        self._strays: dict[str, float] = {}
 
     def decide(self, others: Sequence[Track]) -> tuple[list[RobotView], dict[str, VelocityCommand]]:
         """Decide.
@@ -76,23 +82,48 @@ class Steering:
         views = []
         for name, tick in decided.ticks.items():
             busy = fleet.errands[name].controller is not None
-            if tick.sent.memory.latched and not session.operator.stopped:
-                if busy:
-                    reason = tick.sent.stop
-                    session.stop(f"{name}: {reason.line if reason else 'does not obey'}")
-                else:
-                    fleet.pilot(name).release()  # a person carried a robot that was to stand
+            if why := self._astray(fleet, name, tick, busy=busy):
+                session.stop(f"{name}: {why}")
+                busy = False
             apart = decided.separated[name]
             gives_way = apart.reason if apart.changed > GIVES_WAY_MPS else ""
             view = steered_view(session.t, session.members[name], fleet, tick, gives_way)
-            self._tell(view, busy=busy, gives_way=gives_way)
+            found = busy and bool(tick.sent.causes)
+            self._tell(view, busy=busy, found=found, gives_way=gives_way)
             views.append(view)
         return views, {name: tick.command for name, tick in decided.ticks.items()}
 
-    def _tell(self, view: RobotView, *, busy: bool, gives_way: str) -> None:
+    def _astray(self, fleet: Fleet, name: str, tick: PilotTick, *, busy: bool) -> str:
+        """Why all robots must stop until a person has looked, in one line; empty where they need not."""
+        session, memory = self._session, tick.sent.memory
+        disobeys = StopReason.DISOBEDIENCE in memory.latched
+        lines = [k.line for k in tick.sent.causes if k.reason is StopReason.DISOBEDIENCE]
+        line = lines[0] if lines else "does not do what it is told"
+        if not busy:
+            self._headway[name].rest()
+            if disobeys and not session.operator.stopped:
+                fleet.pilot(name).release()  # perhaps a person carries it
+            if lines and session.t - self._strays.get(name, -1e9) > STRAYS_S:
+                self._strays[name] = session.t
+                stopped = session.operator.stopped
+                what = "does not stop" if stopped else "moves and is to stand, is it carried?"
+                session.say(f"{what}: {line}", "error" if stopped else "warning", name)
+            return ""
+        if disobeys:
+            return line
+        if self._headway[name].stuck(memory.place, tick.command, session.options.period_s):
+            self._headway[name].rest()
+            return "is told to drive and does not get on: blocked, or its motors are off"
+        return ""
+
+    def _tell(self, view: RobotView, *, busy: bool, found: bool, gives_way: str) -> None:
         session, name = self._session, view.name
         before = self._held.get(name, "")
-        now = view.stop_reason if busy and view.stop_reason != "starting" else ""
+        now = (
+            before if busy and view.stop_reason else ""
+        )  # what only waits for good ticks is no news
+        if found:
+            now = view.stop_reason
         if now and now != before:
             session.say(view.stop, "warning", name)
         elif before and not now and busy:

@@ -180,7 +180,7 @@ class CalibrationView:
     live_sigma: float | None = None
     """Relative deviation so far in the drive; None while nothing is known."""
 
-    wanted_sigma: float = 0.03
+    wanted_sigma: float = 0.05
     """When it is good enough."""
 
     robot: str = ""

@@ -4,6 +4,8 @@ import { byId } from "./dom.js";
 import { closePop, closeSheet, togglePop } from "./popups.js";
 import { store } from "./store.js";
 
+const MOVES = /^(?:Arrow|Page|Home$|End$)/; // keys that move a slider
+
 /** @param {{tools: object, surfaces: () => object, choose: Function, orders: object, openTab: Function, swap: Function, help: Function}} parts */
 export function makeKeys({ tools, surfaces, choose, orders, openTab, swap, help }) {
   const plain = {
@@ -26,7 +28,7 @@ export function makeKeys({ tools, surfaces, choose, orders, openTab, swap, help 
     if (event.key === "Escape") return void escape();
     const { target } = event;
     // Whoever types, or moves a slider, means that.
-    if (target instanceof HTMLInputElement) return;
+    if (target instanceof HTMLInputElement && (target.type !== "range" || MOVES.test(event.key))) return;
     if (target.closest?.('[role="tablist"]') && event.key.startsWith("Arrow")) return;
     if (event.key === "Enter") {
       if (!(target instanceof HTMLButtonElement)) tools.current.enter?.();

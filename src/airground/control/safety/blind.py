@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from airground.control.command import STOP
 from airground.control.limits import Limits
-from airground.control.safety.blind_answer import Looked, answer
+from airground.control.safety.answer import Looked, answer
 from airground.control.safety.blind_checks import border_causes, mark_causes, seen_motion
 from airground.control.safety.bounds import SafetyBounds
 from airground.control.safety.checks import link_causes, time_causes

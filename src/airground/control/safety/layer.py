@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import cos, inf, isfinite, nan, pi, remainder, sin
-from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from airground.control.command import STOP, VelocityCommand
 from airground.control.floor import Floor
 from airground.control.limits import Limits
+from airground.control.safety.answer import Looked, answer
 from airground.control.safety.bounds import SafetyBounds
 from airground.control.safety.calibration_sigma import CalibrationSigma
 from airground.control.safety.checks import (
@@ -31,22 +31,18 @@ from airground.control.safety.fence import (
 from airground.control.safety.limits import limited, steady
 from airground.control.safety.search import gently, headless, search_causes, without_heading
 from airground.control.safety.types import (
-    KEPT,
     Cause,
     FenceTest,
     Place,
     SafetyMemory,
     Sent,
     Situation,
-    Stop,
     StopReason,
 )
 from airground.errors import InputError
 from airground.geometry.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from airground.control.safety.obedience import Obedience
 
 __all__ = ["SafetyLayer"]
@@ -54,16 +50,6 @@ __all__ = ["SafetyLayer"]
 ORDER = {reason: place for place, reason in enumerate(StopReason)}
 PRESSED: Cause = (StopReason.OPERATOR, "STOP was pressed; release it to go on")
 UNMOVED = frozenset({StopReason.STARTING})
-
-
-class _Tick(NamedTuple):
-    """What a tick found besides causes."""
-
-    t: float
-    dt: float | None
-    obedience: Obedience
-    place: Place | None = None
-    wanted: VelocityCommand = STOP
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,28 +110,25 @@ class SafetyLayer:
             The command to send, and why. It never raises, whatever live input holds.
         """
         try:
-            causes, tick = self._look(command, situation, memory)
-            return self._answer(command, memory, causes, tick)
+            causes, looked = self._look(command, situation, memory)
         except Exception as error:  # whatever goes wrong in here or in a fence, the robot must stop
             fault = (StopReason.FAULT, f"{type(error).__name__}: {error}".splitlines()[0])
+            causes = [PRESSED, fault] if situation.stop else [fault]
             t: object = situation.t
-            return self._answer(
-                None,
-                memory,
-                [PRESSED, fault] if situation.stop else [fault],
-                _Tick(float(t) if isinstance(t, float | int) else nan, None, memory.obedience),
-            )
+            when = float(t) if isinstance(t, float | int) else nan
+            looked, command = Looked(when, None, memory.obedience), None
+        return answer(command, memory, causes, looked, limits=self.limits, bounds=self.bounds)
 
     def _look(
         self, command: VelocityCommand | None, now: Situation, memory: SafetyMemory
-    ) -> tuple[list[Cause], _Tick]:
+    ) -> tuple[list[Cause], Looked]:
         """All causes to stop, and what was seen."""
         causes: list[Cause] = []
         if now.stop:
             causes.append(PRESSED)
         if not isfinite(now.t):
             causes.append((StopReason.NOT_A_NUMBER, f"the time is {now.t}"))
-            return causes, _Tick(now.t, None, memory.obedience)
+            return causes, Looked(now.t, None, memory.obedience)
         late = time_causes(now.t, memory.t, self.bounds)
         dt = None if late or memory.t is None else now.t - memory.t
         causes += late
@@ -174,7 +157,7 @@ class SafetyLayer:
             if self.fence is not None and place is not None:
                 spare = spare_m(place.x, place.y, place.sigma_m, self.fence, bounds)
             causes += search_causes(memory.sent, spare, bounds)
-            return causes, _Tick(now.t, dt, memory.obedience, None, wanted)
+            return causes, Looked(now.t, dt, memory.obedience, None, wanted)
         obedience, found = self._obedience(place, memory, dt)
         causes += found
         if self.fence is not None and place is not None and now.state is not None:
@@ -186,7 +169,7 @@ class SafetyLayer:
                     causes += leaving_causes(
                         place, spare, motion, self.fence, limits=self.limits, bounds=self.bounds
                     )
-        return causes, _Tick(now.t, dt, obedience, place, wanted)
+        return causes, Looked(now.t, dt, obedience, place, wanted)
 
     def _motions(
         self,
@@ -228,74 +211,6 @@ class SafetyLayer:
             )
             causes.append((StopReason.DISOBEDIENCE, line))
         return obedience, causes
-
-    def _answer(
-        self,
-        command: VelocityCommand | None,
-        memory: SafetyMemory,
-        causes: list[Cause],
-        tick: _Tick,
-    ) -> Sent:
-        """Command and memory, once the causes are known."""
-        t, dt = tick.t, tick.dt
-        stops: tuple[Stop, ...] = ()
-        latched, held = memory.latched, memory.held | memory.latched
-        if causes:
-            causes.sort(key=lambda cause: ORDER[cause[0]])
-            stops = tuple(Stop(t, *cause) for cause in causes)
-            reasons = frozenset(stop.reason for stop in stops)
-            latched |= {reason for reason in reasons if reason.latched}
-            held |= reasons
-        good = 0 if stops or dt is None else memory.good_ticks + 1
-        if not latched and good >= self.bounds.good_ticks:
-            held = frozenset()
-        why: Stop | None = None
-        if not held:
-            sent = tick.wanted
-        else:
-            why = stops[0] if stops else self._waiting(t, held, latched, good)
-            gentle = self.bounds.gentle and dt is not None and not any(r.hard for r in held)
-            sent = limited(STOP, memory.sent, dt, self.limits) if gentle and dt else STOP
-        new = tuple(stop for stop in stops if stop.reason not in memory.held)
-        return Sent(
-            command=sent,
-            asked=command,
-            stop=why,
-            causes=stops,
-            memory=SafetyMemory(
-                t=t if isfinite(t) else memory.t,
-                sent=sent,
-                place=tick.place,
-                good_ticks=good,
-                held=held,
-                latched=latched,
-                obedience=tick.obedience,
-                stops=(memory.stops + new)[-KEPT:] if new else memory.stops,
-                counts=_counted(memory.counts, new) if new else memory.counts,
-            ),
-        )
-
-    def _waiting(
-        self,
-        t: float,
-        held: frozenset[StopReason],
-        latched: frozenset[StopReason],
-        good: int,
-    ) -> Stop:
-        """Say what it waits for while there is no cause any more."""
-        if latched:
-            reason = min(latched, key=ORDER.__getitem__)
-            return Stop(t, reason, f"{reason.value}: waits to be released")
-        reason = min(held, key=ORDER.__getitem__, default=StopReason.STARTING)
-        line = f"{reason.value}: {good} of {self.bounds.good_ticks} good ticks before it goes on"
-        return Stop(t, reason, line)
-
-
-def _counted(counts: Mapping[StopReason, int], new: tuple[Stop, ...]) -> Mapping[StopReason, int]:
-    more = dict(counts)
-    for reason in {stop.reason for stop in new}:
-        more[reason] = more.get(reason, 0) + 1
-    return MappingProxyType(more)
 
 
 def _answer_causes(command: VelocityCommand | None, now: Situation) -> list[Cause]:

@@ -8,7 +8,7 @@ noise level and stays honest where the model fits edges less well than flats (Wh
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -30,12 +30,12 @@ PARAMETERS = 14  # 8 of the homography, 2 of the blur, 4 of the brightness
 START_BLUR_PX = 0.9
 BLUR_RANGE = np.log(0.25), np.log(6.0)  # px; a pixel alone blurs by 12 ** -0.5
 HUBER = 2.0
-REWEIGHTED = 2  # times at one place: that costs little, while the pattern at a new place costs most
 SMALL_STEP = 2e-4  # of half a side
 LARGEST_STEP = 2e-2
 BENT = 0.2  # what a step is wrong by is this times its square over the blur, as found by trying
-ENOUGH = 0.2  # of the standard deviation: what is less wrong than that is good enough
+ENOUGH = 1.0  # of the standard deviation; by trying, what is left is then below a fifth of it
 MOST_CHANGE = np.array([0.3] * 8 + [0.5] * 2)  # in a step
+LONGEST = np.array([LARGEST_STEP] * 8 + [0.3] * 2)  # of the last one
 ITERATIONS = 8
 DIAGONAL = np.arange(PARAMETERS)
 BLUR_PRIOR = np.where(
@@ -167,29 +167,24 @@ def _fit(
         residual, contrast = _brightness(design[:, 10:], seen, use)
         design[:, :10] *= contrast[:, None, None]
         weight = _weight(residual, use)
-        for _ in range(REWEIGHTED):
-            inverse, change, gradient, prior = _step(design, residual, weight, alive)
-            left = residual - (change[:, None].astype(np.float32) @ design)[:, 0]
-            weight = _weight(left, use)
-        change[~alive] = 0.0
-        bounded = np.clip(change[:, :10], -MOST_CHANGE, MOST_CHANGE)
+        step = _step(design, residual, weight, alive)
+        done = _is_short(H, blur, step) | ~alive
+        if done.all():  # weights by what is left, as if the pattern had been drawn anew
+            weight = _weight(_left(design, residual, step), use)
+            step = _step(design, residual, weight, alive)
+        step.change[~alive] = 0.0
+        bounded = np.clip(step.change[:, :10], -MOST_CHANGE, MOST_CHANGE)
         D[:, :8] = bounded[:, :8]
         moved = H + H @ D.reshape(count, 3, 3)
         alive &= np.abs(moved[:, 2, 2]) > 1e-6
         moved[~alive] = H[~alive]
         H = moved / moved[:, 2:, 2:]
         blur = np.clip(blur + bounded[:, 8:], *BLUR_RANGE)
-        size = np.abs(change[:, :8]).max(axis=1)
-        # Twice the mean square of the step over the pixels, and the variance of the place: [half a side, squared].
-        place = inverse[:, 2, 2] + inverse[:, 5, 5]
-        moved = np.maximum((change * gradient).sum(axis=1), 0.0) * place
-        half_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]))
-        bent = BENT / 2 * moved * half_px / np.exp(blur.min(axis=1))
-        done = (bent < ENOUGH * np.sqrt(prior * place / 2)) | (size < SMALL_STEP)
-        done &= (np.abs(change[:, :10]) <= MOST_CHANGE).all(axis=1)
-        if (done | ~alive).all():
+        if done.all():
             break
-    alive &= size < LARGEST_STEP
+    alive &= np.abs(step.change[:, :8]).max(axis=1) < LARGEST_STEP
+    left, inverse = _left(design, residual, step), step.inverse
+    weight = _weight(left, use)
     scaled = design * (weight * left)[:, None]
     pixel_count = use.sum(axis=1)
     covariance = inverse @ (scaled @ scaled.swapaxes(1, 2)) @ inverse
@@ -207,22 +202,55 @@ def _fit(
     )
 
 
+class _Step(NamedTuple):
+    """A step of Gauss and Newton."""
+
+    inverse: FloatArray
+    """(K, 14, 14). Of the normal equations."""
+
+    change: FloatArray
+    """(K, 14). Of the parameters."""
+
+    gradient: FloatArray
+    """(K, 14). Right side of the normal equations."""
+
+    square: FloatArray
+    """(K,). Mean square of the residuals."""
+
+
 def _step(
     design: FloatArray32, residual: FloatArray32, weight: FloatArray32, alive: NDArray[np.bool_]
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Inverse of the normal equations, their solution, their right side, and the residuals' mean square."""
+) -> _Step:
     weighted = design * weight[:, None]
     A = (weighted @ design.swapaxes(1, 2)).astype(np.float64)
-    square = (weight * residual * residual).sum(axis=1) / weight.sum(axis=1)
-    prior = np.asarray(square, dtype=np.float64)
+    total: FloatArray = (weight * residual * residual).sum(axis=1, dtype=np.float64)
+    square = total / weight.sum(axis=1)
     A[:, DIAGONAL, DIAGONAL] *= 1.0 + 1e-6
-    A[:, DIAGONAL, DIAGONAL] += 1e-9 + prior[:, None] * BLUR_PRIOR
+    A[:, DIAGONAL, DIAGONAL] += 1e-9 + square[:, None] * BLUR_PRIOR
     _leave_out(A, alive)
     inverse = np.linalg.inv(A)
     gradient = (weighted @ residual[..., None]).astype(np.float64)
     change = (inverse @ gradient)[..., 0]
     _leave_out(change, alive)
-    return inverse, change, gradient[..., 0], prior
+    return _Step(inverse, change, gradient[..., 0], square)
+
+
+def _left(design: FloatArray32, residual: FloatArray32, step: _Step) -> FloatArray32:
+    left: FloatArray32 = residual - (step.change[:, None].astype(np.float32) @ design)[:, 0]
+    return left
+
+
+def _is_short(H: FloatArray, blur: FloatArray, step: _Step) -> NDArray[np.bool_]:
+    """Whether the pattern may be taken as linear along a step, so that it need not be drawn anew."""
+    # Twice the mean square of the step over the pixels, and the variance of the place: [half a side, squared].
+    place = step.inverse[:, 2, 2] + step.inverse[:, 5, 5]
+    moved = np.maximum((step.change * step.gradient).sum(axis=1), 0.0) * place
+    half_px = np.sqrt(np.abs(H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] * H[:, 1, 0]))
+    bent = BENT / 2 * moved * half_px / np.exp(blur.min(axis=1))
+    size = np.abs(step.change[:, :10])
+    short = (bent < ENOUGH * np.sqrt(step.square * place / 2)) | (size.max(axis=1) < SMALL_STEP)
+    short &= (size <= LONGEST).all(axis=1)
+    return np.asarray(short)
 
 
 def _leave_out(A: FloatArray, alive: NDArray[np.bool_]) -> None:

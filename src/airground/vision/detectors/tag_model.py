@@ -127,11 +127,11 @@ def pixels_of(
         q = H[:, :, :2] @ (base + near[:, None, None] * off + rim[:, None, None] * out)
         q += H[:, :, 2:]
         uv = np.rint(q[:, :2] / q[:, 2:])
-        there = (uv >= 0).all(axis=1) & (uv[:, 0] < shape[1]) & (uv[:, 1] < shape[0])
-        there &= (q[:, 2] > 0).all(axis=1)[:, None]
-    place = np.where(there, uv[:, 1] * shape[1] + uv[:, 0], -1).astype(np.intp)
+        within = (uv >= 0).all(axis=1) & (uv[:, 0] < shape[1]) & (uv[:, 1] < shape[0])
+        within &= (q[:, 2] > 0).all(axis=1)[:, None]
+    place = np.where(within, uv[:, 1] * shape[1] + uv[:, 0], -1).astype(np.intp)
     place.sort(axis=1)
-    there = np.asarray(place >= 0)
+    there: NDArray[np.bool_] = place >= 0
     there[:, 1:] &= place[:, 1:] != place[:, :-1]
     if count > COARSE * most:
         place, there = _thinned(place, there, most)

@@ -120,9 +120,10 @@ class TagDetector:
         candidates += self._look_nearby(image, frame.t)
         new = [found for found in candidates if not any(_same(found, tag) for tag in tags)]
         if new:
-            tags = distinct(tags + self._accept(image, new, dt), self._least_side_px)
+            tags = distinct(tags + self._accept(image, new), self._least_side_px)
         tags.sort(key=lambda tag: (self.families.index(tag.family), tag.number, *tag.corners[0]))
         self._remember(tags, frame.t)
+        tags = _moving(tags, self._known, dt)
         self._known, self._t, self._segment = tags, frame.t, frame.segment
         return self._sightings(frame.t, tags)
 
@@ -161,7 +162,7 @@ class TagDetector:
         tags: list[PlacedTag] = []
         for old, tag, H in zip(self._known, placed, ahead, strict=True):
             if tag is not None and tag.stayed(1.0):
-                tags.append(_moving(tag, [old], dt))
+                tags.append(tag)
                 continue
             q = homogeneous(CORNERS) @ H.T
             nearby = [
@@ -169,10 +170,10 @@ class TagDetector:
                 for found in self._search.find(image, _window(q[:, :2] / q[:, 2:], image.shape))
                 if (found.family, found.number) == (old.family, old.number)
             ]
-            tags += self._accept(image, nearby, dt)
+            tags += self._accept(image, nearby)
         return distinct(tags, self._least_side_px)
 
-    def _accept(self, image: ImageArray, candidates: list[Candidate], dt: float) -> list[PlacedTag]:
+    def _accept(self, image: ImageArray, candidates: list[Candidate]) -> list[PlacedTag]:
         if not candidates:
             return []
         placed = place_tags(
@@ -182,7 +183,7 @@ class TagDetector:
             least_correlation=self._least_correlation,
         )
         return [
-            _moving(tag, self._known, dt)
+            tag
             for tag in placed
             if tag is not None
             and tag.code_correlation >= self._least_correlation  # a border alone is no tag
@@ -261,16 +262,19 @@ def detect_family(frames: Iterable[Frame], names: Sequence[str] = (*APRILTAG, *A
     return sorted(enough, key=lambda name: (-total[name], name))
 
 
-def _moving(tag: PlacedTag, known: list[PlacedTag], dt: float) -> PlacedTag:
-    """With its motion since the frame before, from the nearest tag of the same number."""
-    before = [old for old in known if (old.family, old.number) == (tag.family, tag.number)]
-    if not before or dt <= 0:
-        return tag
-    nearest = before[0]
-    if len(before) > 1:
-        nearest = min(before, key=lambda old: float(np.abs(tag.corners - old.corners).sum()))
-    step = np.linalg.inv(nearest.image_from_tag) @ tag.image_from_tag
-    return replace(tag, drift=(step / step[2, 2] - np.eye(3)) / dt)
+def _moving(tags: list[PlacedTag], known: list[PlacedTag], dt: float) -> list[PlacedTag]:
+    """With their motion since the frame before, each from the nearest tag of the same number."""
+    if dt <= 0 or not tags:
+        return tags
+    pairs = []
+    for tag in tags:
+        same = [old for old in known if (old.family, old.number) == (tag.family, tag.number)]
+        if len(same) > 1:
+            same.sort(key=lambda old: float(np.abs(tag.corners - old.corners).sum()))
+        pairs.append((same or [tag])[0].image_from_tag)
+    step = np.linalg.inv(np.array(pairs)) @ np.array([tag.image_from_tag for tag in tags])
+    drift = (step / step[:, 2:, 2:] - np.eye(3)) / dt
+    return [replace(tag, drift=each) for tag, each in zip(tags, drift, strict=True)]
 
 
 def _same(candidate: Candidate, tag: PlacedTag) -> bool:

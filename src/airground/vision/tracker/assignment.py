@@ -14,7 +14,7 @@ __all__ = ["assign", "prepare"]
 
 
 def prepare() -> None:
-    """Have all loaded that `assign` ever needs: SciPy takes a second or more, and would take it when things first meet."""
+    """Have all loaded that `assign` ever needs: SciPy takes a second or more, else when things first meet."""
     from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
     from scipy.sparse import csgraph  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
 
