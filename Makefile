@@ -5,10 +5,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out/demo
 
-.PHONY: help demo test lint types bench docs constraints clean
+.PHONY: help demo serve test lint types bench docs constraints clean
 
 help:
 	@echo "make demo    run the main job in a simulated world; results in $(OUT)"
+	@echo "make serve   the live system with its console in the browser, in the same world"
 	@echo "make test    run all tests"
 	@echo "make lint    ruff, mypy, import layers"
 	@echo "make bench   speed and accuracy beside peers"
@@ -30,20 +31,23 @@ $(VENV)/made-dev: $(VENV)/made-test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
 	@touch $@
 
-# Programs of others that the tests talk to: a streaming ffmpeg and an RTSP server.
-PEERS := ffmpeg python3-gi gir1.2-gstreamer-1.0 gir1.2-gst-rtsp-server-1.0 \
+# Programs of others that the tests talk to: a streaming ffmpeg, an RTSP server, a browser.
+PEERS := ffmpeg chromium fonts-dejavu-core python3-gi gir1.2-gstreamer-1.0 gir1.2-gst-rtsp-server-1.0 \
   gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad gstreamer1.0-plugins-ugly
 
 $(VENV)/made-peers: $(VENV)/made
 	@if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 	  { apt-get update -qq && DEBIAN_FRONTEND=noninteractive \
 	    apt-get install -y -qq --no-install-recommends $(PEERS); } >$(VENV)/peers.log 2>&1 \
-	  || echo "make: could not install $(PEERS): tests with a real stream will be skipped, see $(VENV)/peers.log"; \
-	else echo "make: not root, or no apt-get: tests with a real stream need $(PEERS) and are skipped without"; fi
+	  || echo "make: could not install $(PEERS): tests with a real stream or browser will be skipped, see $(VENV)/peers.log"; \
+	else echo "make: not root, or no apt-get: tests with a real stream or browser need $(PEERS) and are skipped without"; fi
 	@touch $@
 
 demo: $(VENV)/made
 	$(BIN)/airground demo --out $(OUT)
+
+serve: $(VENV)/made
+	$(BIN)/airground serve
 
 test: $(VENV)/made-test $(VENV)/made-peers lint
 	$(BIN)/python -m pytest --numprocesses auto --dist loadscope
@@ -79,6 +83,10 @@ bench: $(VENV)/made-dev
 	$(BIN)/python benchmarks/separation.py --scenes 40
 	$(BIN)/python benchmarks/separation_solvers.py
 	$(BIN)/python benchmarks/safety.py
+	$(BIN)/python benchmarks/legs.py 3
+	$(BIN)/python benchmarks/live.py latency
+	$(BIN)/python benchmarks/live.py stop
+	$(BIN)/python benchmarks/live.py memory --minutes 5
 
 docs: $(VENV)/made-test
 	$(BIN)/python docs/refresh.py

@@ -46,14 +46,23 @@ class Fault:
     camera: str = "live"
     """State of the camera meanwhile."""
 
-    stops_all: bool = False
-    """Whether all robots stop, and wait to be released."""
+    stops_all_s: float = inf
+    """All robots are stopped within so long, and wait to be released; infinite where only this one is told to stand."""
+
+    ends: bool = True
+    """Whether what happens once it is over is what happens afterwards; otherwise, what happens while it lasts."""
 
     goal: tuple[float, float] = AHEAD
     """Where the robot goes."""
 
     run_up_s: float = 1.2
     """For how long it has been going when the fault comes."""
+
+    @property
+    def lasts_s(self) -> float:
+        """For how long it must last, to see all that comes of it [s]."""
+        bounds = (self.within_s, self.still_s, self.stops_all_s)
+        return 0.15 + max(bound for bound in bounds if bound < inf)
 
 
 @dataclass
@@ -71,10 +80,6 @@ class Answer:
 
     line: str = ""
     """Why, as a person was told when the robot was told to stand."""
-
-
-def _swap(one: SteppedSession) -> None:
-    one.world.faults.swap("red", "blue")
 
 
 def _silent(one: SteppedSession) -> None:
@@ -117,6 +122,7 @@ FAULTS = {
         *(0.6, 1.0),
         says="newest picture was taken 0.5. s ago",
         then="waits for release",
+        stops_all_s=2.4,
     ),
     "link": Fault(
         "robot's link gone",
@@ -138,6 +144,7 @@ FAULTS = {
         *(0.6, inf),
         says="there is no state: the robot has not been found",
         then="goes on",
+        ends=False,
     ),
     "pushed": Fault(
         "pushed by hand, half a metre",
@@ -145,6 +152,7 @@ FAULTS = {
         *(0.6, inf),
         says="there is no state: the robot has not been found",
         then="goes on",
+        ends=False,
     ),
     "blocked": Fault(
         "robot blocked, its wheels turn",
@@ -152,22 +160,23 @@ FAULTS = {
         *(0.6, 0.1),
         says="is not where its wheels have it: blocked, or carried",
         then="waits for release",
-        stops_all=True,
+        stops_all_s=1.2,
     ),
     "motor off": Fault(
         "robot's motors off",
         lambda one: one.world.faults.robot("red", motor_off=True),
-        *(2.0, 0.1),
+        *(2.8, 0.1),
         says="does not get on|blocked, or carried|does 0.00 m/s",
         then="waits for release",
-        stops_all=True,
+        stops_all_s=2.8,
     ),
     "compass": Fault(
         "compass stuck, in a curve",
         lambda one: one.world.faults.robot("red", compass_stuck=True),
-        *(1.5, 2.0),
-        says="there is no state: the robot has not been found",
+        *(1.7, inf),
+        says="is not where its wheels have it: blocked, or carried",
         then="waits for release",
+        stops_all_s=2.8,
         goal=ASIDE,
         run_up_s=0.4,
     ),
@@ -177,7 +186,7 @@ FAULTS = {
         *(3.0, inf),
         says="told .* m/s and .* rad/s, does",
         then="waits for release",
-        stops_all=True,
+        stops_all_s=3.0,
         goal=ASIDE,
         run_up_s=0.4,
     ),
@@ -201,12 +210,12 @@ FAULTS = {
         *(0.021, 0.5),
         says="STOP, by somebody",
         then="waits for release",
-        stops_all=True,
+        stops_all_s=0.021,
     ),
 }
 
 
-def with_fault(fault: Fault, wait_s: float, seed: int, lasts_s: float) -> tuple[SteppedSession, Answer]:
+def with_fault(fault: Fault, wait_s: float, seed: int) -> tuple[SteppedSession, Answer]:
     """A session in which the fault came and still is there, and what it did."""
     one = session(1, seed=seed)
     one.run(0.3)
@@ -215,7 +224,7 @@ def with_fault(fault: Fault, wait_s: float, seed: int, lasts_s: float) -> tuple[
     assert not view(one).command.at_rest
     fault.begin(one)
     began, answer = one.t, Answer()
-    for _ in range(round(lasts_s * 50)):
+    for _ in range(round(fault.lasts_s * 50)):
         tick = one.step()
         since = one.t - began
         if answer.rest_s == inf and view(one).command.at_rest:

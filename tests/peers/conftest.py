@@ -6,14 +6,17 @@ import shutil
 import socket
 import subprocess
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from airground.vision.sources.opening import Backend
+from peers.browser import LAPTOP, Console, TrueSite, open_chromium
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+
+    from playwright.sync_api import Browser
 
 SYSTEM_PYTHON = "/usr/bin/python3"  # the bindings of GStreamer are the system's
 SERVER = Path(__file__).with_name("rtsp_server.py")
@@ -105,3 +108,44 @@ def serve_rtsp(
         return server
 
     return serve
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    """A real browser, or the tests are skipped."""
+    yield from open_chromium()
+
+
+@pytest.fixture(scope="module")
+def true_site() -> Iterator[TrueSite]:
+    """The embedded world with a known camera and its console, for a whole file."""
+    with TrueSite() as site:
+        yield site
+
+
+@pytest.fixture
+def site(true_site: TrueSite) -> Iterator[TrueSite]:
+    """The same, with all robots at rest before and after."""
+    true_site.settle()
+    yield true_site
+    true_site.settle()
+
+
+@pytest.fixture
+def console(chromium: Browser) -> Iterator[Callable[..., Console]]:
+    """Open pages that are closed when the test is over; none may have complained."""
+    opened: list[tuple[Console, str]] = []
+
+    def open_(url: str, size: tuple[int, int] = LAPTOP, allow: str = "", **options: Any) -> Console:
+        viewport = {"width": size[0], "height": size[1]}
+        context = chromium.new_context(viewport=viewport, **options)
+        page = Console(context.new_page())
+        opened.append((page, allow))
+        return page.open(url)
+
+    yield open_
+    faults = []
+    for page, allow in opened:
+        faults += [one for one in page.faults if not (allow and allow in one)]
+        page.page.context.close()
+    assert not faults

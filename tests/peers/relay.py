@@ -13,6 +13,7 @@ __all__ = ["Relay"]
 
 CHUNK = 65536
 LOOK_S = 0.05
+PATIENCE_S = 10.0
 
 
 class Relay:
@@ -30,8 +31,8 @@ class Relay:
         self.port: int = self._listener.getsockname()[1]
         self._through = Event()
         self._through.set()
+        self._cables = 0  # pulled so far
         self._closing = Event()
-        self._ends: set[socket.socket] = set()
         self._threads: list[Thread] = []
 
     def fall_silent(self) -> None:
@@ -41,10 +42,7 @@ class Relay:
     def cut(self) -> None:
         """Break all connections at once, and let none through."""
         self._through.clear()
-        for one in list(self._ends):
-            with contextlib.suppress(OSError):
-                one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-                one.shutdown(socket.SHUT_RDWR)
+        self._cables += 1
 
     def mend(self) -> None:
         """Forward again, also what has waited."""
@@ -52,50 +50,46 @@ class Relay:
 
     def _listen(self) -> None:
         while not self._closing.is_set():
-            if not (self._through.is_set() and select.select([self._listener], [], [], LOOK_S)[0]):
-                self._closing.wait(0 if self._through.is_set() else LOOK_S)
+            if not self._through.wait(LOOK_S):
+                continue
+            if not select.select([self._listener], [], [], LOOK_S)[0]:
                 continue
             near, _ = self._listener.accept()
+            near.settimeout(PATIENCE_S)
             try:
-                far = socket.create_connection(("127.0.0.1", self._server), timeout=10)
+                far = socket.create_connection(("127.0.0.1", self._server), timeout=PATIENCE_S)
             except OSError:
                 near.close()
                 continue
-            self._ends |= {near, far}
-            thread = Thread(target=self._forward, args=(near, far), daemon=True)
-            self._threads.append(thread)
-            thread.start()
+            self._begin(self._forward, near, far, self._cables)
 
-    def _forward(self, near: socket.socket, far: socket.socket) -> None:
+    def _forward(self, near: socket.socket, far: socket.socket, cable: int) -> None:
         other = {near: far, far: near}
         with near, far, contextlib.suppress(OSError):
-            while not self._closing.is_set():
+            while cable == self._cables:
                 if not self._through.wait(LOOK_S):
-                    if near.fileno() < 0 or _ended(near) or _ended(far):
-                        return
                     continue
                 for one in select.select([near, far], [], [], LOOK_S)[0]:
                     data = one.recv(CHUNK)
                     if not data:
                         return
                     other[one].sendall(data)
-        self._ends -= {near, far}
+            for one in other:  # a reset, not a goodbye
+                one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
-    def __enter__(self) -> Self:
-        thread = Thread(target=self._listen, daemon=True)
+    def _begin(self, work: object, *arguments: object) -> None:
+        assert callable(work)
+        thread = Thread(target=work, args=arguments, daemon=True)
         self._threads.append(thread)
         thread.start()
+
+    def __enter__(self) -> Self:
+        self._begin(self._listen)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._closing.set()
         self.cut()
         for thread in self._threads:
-            thread.join(5)
+            thread.join(PATIENCE_S)
         self._listener.close()
-
-
-def _ended(one: socket.socket) -> bool:
-    """Whether nothing but the end is left of a connection; reads nothing."""
-    readable = select.select([one], [], [], 0)[0]
-    return bool(readable) and not one.recv(1, socket.MSG_PEEK)

@@ -29,7 +29,13 @@ if TYPE_CHECKING:
 
     from airground.geometry.arrays import FloatArray
 
-__all__ = ["FORMAT", "calibration_document", "load_calibration", "save_calibration"]
+__all__ = [
+    "FORMAT",
+    "calibration_document",
+    "load_calibration",
+    "read_calibration",
+    "save_calibration",
+]
 
 FORMAT = "airground.calibration/1"
 LENSES = ("none", "division")  # models of distortion that can be read

@@ -65,11 +65,28 @@ class Robot(Protocol):
         ...
 
     def read(self) -> list[RobotReading]:
-        """Give what has arrived since one last asked, oldest first; never waits."""
+        """Give what has arrived since one last asked; never waits.
+
+        Returns
+        -------
+        readings : list of RobotReading
+            Oldest first.
+        """
         ...
 
     def send(self, command: VelocityCommand) -> VelocityCommand:
-        """Tell it what to do, and give the command as it was sent; never waits, never raises for a lost link."""
+        """Tell it what to do; never waits, never raises for a lost link.
+
+        Parameters
+        ----------
+        command : VelocityCommand
+            What to do.
+
+        Returns
+        -------
+        sent : VelocityCommand
+            As it was sent.
+        """
         ...
 
     def stop(self) -> None:

@@ -19,6 +19,17 @@ class Stages:
         self._kept: dict[str, deque[float]] = {}
         self._summary: dict[str, float] = {}
         self._steps = 0
+        self._all: dict[str, list[float]] | None = None
+
+    def keep(self, into: dict[str, list[float]] | None) -> None:
+        """Keep every duration from now on [s], which grows without bounds: for measurements.
+
+        Parameters
+        ----------
+        into : dict of str to list, or None
+            Where; None to end that.
+        """
+        self._all = into
 
     def add(self, name: str, seconds: float) -> None:
         """Take a duration.
@@ -31,6 +42,8 @@ class Stages:
             How long it took.
         """
         self._kept.setdefault(name, deque(maxlen=KEPT)).append(1e3 * seconds)
+        if self._all is not None:
+            self._all.setdefault(name, []).append(seconds)
 
     def summary(self) -> dict[str, float]:
         """Median and 99th percentile of each part, a little old.
@@ -59,8 +72,3 @@ class Stages:
             summary[f"{name}_median"] = round(median, 3)
             summary[f"{name}_p99"] = round(p99, 3)
         return summary
-
-    def clear(self) -> None:
-        """Forget all."""
-        self._kept.clear()
-        self._summary = {}

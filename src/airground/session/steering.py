@@ -27,6 +27,7 @@ NEVER = -1e9  # heard
 GIVES_WAY_MPS = 0.03  # smaller changes that keep robots apart are not worth a line
 WAITS_S = 4.0  # a robot that gives way for so long will not get on by itself
 STANDS_MPS = 0.02
+STOPPING_S = 1.5  # it has been told to stand, and may take so long
 STRAYS_S = 5.0  # between two lines about a robot that moves and is to stand
 
 
@@ -103,13 +104,15 @@ class Steering:
             self._headway[name].rest()
             if disobeys and not session.operator.stopped:
                 fleet.pilot(name).release()  # perhaps a person carries it
-            if lines and session.t - self._strays.get(name, -1e9) > STRAYS_S:
+            astray = lines and memory.obedience.differs_s > session.options.bounds.persist_s
+            if astray and session.t - self._strays.get(name, -1e9) > STRAYS_S:
                 self._strays[name] = session.t
                 stopped = session.operator.stopped
                 what = "does not stop" if stopped else "moves and is to stand, is it carried?"
-                session.say(f"{what}: {line}", "error" if stopped else "warning", name)
+                session.say(f"{what}: {lines[-1]}", "error" if stopped else "warning", name)
             return ""
         if disobeys:
+            self._strays[name] = session.t - STRAYS_S + STOPPING_S
             return line
         if self._headway[name].stuck(memory.place, tick.command, session.options.period_s):
             self._headway[name].rest()

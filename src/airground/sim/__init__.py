@@ -12,6 +12,10 @@ from airground.sim.camera import SimCamera
 from airground.sim.flights import Shake, fly_over, hover, orbit
 from airground.sim.ground_texture import Ground, ground
 from airground.sim.lens import Lens
+from airground.sim.live import LiveWorld
+from airground.sim.live_faults import Faults
+from airground.sim.live_options import EmbeddedOptions
+from airground.sim.live_world import EmbeddedWorld
 from airground.sim.point_eye import EyeOptions, PointEye, Sighting
 from airground.sim.renderer import Renderer
 from airground.sim.scene import Scene, Sun
@@ -38,11 +42,15 @@ __all__ = [
     "CalibrationDrive",
     "Disc",
     "DriveNoise",
+    "EmbeddedOptions",
+    "EmbeddedWorld",
     "EyeOptions",
+    "Faults",
     "FigureEight",
     "Ground",
     "Lamp",
     "Lens",
+    "LiveWorld",
     "Odometer",
     "OdometryNoise",
     "Part",

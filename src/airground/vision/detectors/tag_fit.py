@@ -228,7 +228,7 @@ def _step(
     A[:, DIAGONAL, DIAGONAL] *= 1.0 + 1e-6
     A[:, DIAGONAL, DIAGONAL] += 1e-9 + square[:, None] * BLUR_PRIOR
     _leave_out(A, alive)
-    inverse = np.linalg.inv(A)
+    inverse: FloatArray = np.asarray(np.linalg.inv(A), dtype=np.float64)
     gradient = (weighted @ residual[..., None]).astype(np.float64)
     change = (inverse @ gradient)[..., 0]
     _leave_out(change, alive)

@@ -128,11 +128,12 @@ def pixels_of(
         q += H[:, :, 2:]
         uv = np.rint(q[:, :2] / q[:, 2:])
         within = (uv >= 0).all(axis=1) & (uv[:, 0] < shape[1]) & (uv[:, 1] < shape[0])
-        within &= (q[:, 2] > 0).all(axis=1)[:, None]
+        within &= (q[:, 2:] > 0).all(axis=2)
     place = np.where(within, uv[:, 1] * shape[1] + uv[:, 0], -1).astype(np.intp)
     place.sort(axis=1)
-    there: NDArray[np.bool_] = place >= 0
-    there[:, 1:] &= place[:, 1:] != place[:, :-1]
+    there = np.ones(place.shape, dtype=np.bool_)
+    there[:, 1:] = place[:, 1:] != place[:, :-1]
+    there &= place >= 0
     if count > COARSE * most:
         place, there = _thinned(place, there, most)
     v, u = np.divmod(np.where(there, place, np.maximum(place.max(axis=1), 0)[:, None]), shape[1])

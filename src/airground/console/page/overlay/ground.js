@@ -7,6 +7,7 @@ import { distance } from "../units.js";
 import { arrow, disc, stroke, trace } from "./draw.js";
 
 const HORIZON_POINTS = 80;
+const EDGE_PIECES = 8;
 
 /** Metric grid, as the server drew it up for this calibration. */
 export function drawGrid(g, surface) {
@@ -49,6 +50,16 @@ export function drawHorizon(g, surface, labels) {
   if (at) labels.place("horizon", at, { away: 6, colour: "#c5e6ff" });
 }
 
+/** A polygon's outline in short pieces: what is straight in the image is not, on ground that a lens has bent. */
+function edges(polygon) {
+  const found = [];
+  polygon.forEach(([u, v], k) => {
+    const [x, y] = polygon[(k + 1) % polygon.length];
+    for (let i = 0; i < EDGE_PIECES; i++) found.push([u + ((x - u) * i) / EDGE_PIECES, v + ((y - v) * i) / EDGE_PIECES]);
+  });
+  return [...found, polygon[0]];
+}
+
 function hatch(g, surface, polygon, colour) {
   const seen = polygon.map((p) => surface.project(p[0], p[1]));
   if (seen.some((p) => !p)) return;
@@ -76,7 +87,7 @@ export function drawFences(g, surface, labels, fences, marked = null) {
     fences[kind].forEach((polygon, index) => {
       const on = marked?.kind === kind && marked.index === index;
       if (kind === "keep_out") hatch(g, surface, polygon, colour);
-      trace(g, surface, [...polygon, polygon[0]]);
+      trace(g, surface, edges(polygon));
       stroke(g, colour, on ? 3.5 : 2, { dash: kind === "stay_inside" ? [14, 5] : [] });
       const top = polygon.reduce((a, b) => (b[1] < a[1] ? b : a));
       const at = surface.project(top[0], top[1]);

@@ -58,11 +58,15 @@ export function drawPath(g, surface, labels, path, { numbers, underWay }) {
 function writeSpeeds(surface, labels, path) {
   let before = null;
   let gone = APART_PX * 0.6;
+  let unit = " m/s"; // said once, at the first number
   for (const [u, v, speed] of path.points) {
     const at = surface.project(u, v);
     if (at && before) gone += Math.hypot(at[0] - before[0], at[1] - before[1]);
     before = at;
-    if (at && gone >= APART_PX && labels.place(`${speed.toFixed(2)}`, at, { away: 9, font: "600 11px system-ui, sans-serif", colour: "#f2f5f7" })) gone = 0;
+    if (at && gone >= APART_PX && labels.place(`${speed.toFixed(2)}${unit}`, at, { away: 9, font: "600 11px system-ui, sans-serif", colour: "#f2f5f7" })) {
+      gone = 0;
+      unit = "";
+    }
   }
   const [u, v] = path.points.at(-1);
   const end = surface.project(u, v);
