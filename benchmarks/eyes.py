@@ -2,8 +2,9 @@
 
 Frames of 1280x720 are drawn one by one, which is not counted, and each is looked at once by `Eyes`: stabilise where the
 camera hovers, detect, track. Four vehicles drive eights below a drone at 12 m: tags of 36h11, 54 px wide; the same
-vehicles without their tags being read, as moving things; and four small robots with two lamps each, in the dark. The
-first frames, in which memory is had and backgrounds are learned, are left out and shown by themselves.
+vehicles without their tags being read, as moving things; and four small robots with two lamps each, in the dark. Then
+one robot of the demo, and four and ten that weave about a lawn with tags of 4x4_50, 27 px wide: what a live session
+sees. The first frames, in which memory is had and backgrounds are learned, are left out and shown by themselves.
 
 wall: what a user waits [ms], on a machine that others may be using; cpu: what the process used of both cores [ms],
 threads added up, which other load hardly changes. late: share of the frames over 1/60 s, by wall and by cpu. Beside
@@ -22,9 +23,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import cv2
 import numpy as np
 
-from airground.sim import Renderer, Tag, drone_scene, hover, lamp_scene
+from airground.sim import Renderer, Tag, demo_scene, drone_scene, hover, lamp_scene
 from airground.sim.body_kinds import robot
 from airground.sim.scene_camera import Pinhole
+from airground.sim.scene_kinds import soccer_scene
 from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes
 from airground.vision.frame import Frame
@@ -124,7 +126,8 @@ def _times(row: Row, frames: int, rate_hz: float) -> Times:
     if stabilizer is not None:
         _clocked(stabilizer, "update", spent["stabilise"])
     eyes = Eyes(detector, tracker, stabilizer)
-    bare = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11))
+    kind = cv2.aruco.DICT_4X4_50 if "4x4" in row.detector else cv2.aruco.DICT_APRILTAG_36h11
+    bare = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(kind))
     whole, floor, found = [], [], []
     stages: dict[str, list[FloatArray]] = {name: [] for name in STAGES}
     for k in range(SKIP + frames):
@@ -202,7 +205,15 @@ def _lamps(hovers: bool) -> Scene:
     return replace(scene, camera=hover(scene.camera)) if hovers else scene
 
 
-ROWS = tuple(
+def _demo(_: bool) -> Scene:
+    return demo_scene(0)
+
+
+def _lawn(robots: int) -> Callable[[bool], Scene]:
+    return lambda _: soccer_scene(0, robots=robots, tags=True)
+
+
+HOVERING = tuple(
     Row(f"{name}{', hovering' if hovers else ''}", detector, scene, hovers)
     for hovers in (False, True)
     for name, detector, scene in (
@@ -211,6 +222,12 @@ ROWS = tuple(
         ("lights", "led", _lamps),
     )
 )
+LIVE = (
+    Row("demo, one tag", "tag:family=36h11", _demo, hovers=False),
+    Row("lawn, four tags", "tag:family=4x4_50", _lawn(4), hovers=False),
+    Row("lawn, ten tags", "tag:family=4x4_50", _lawn(10), hovers=False),
+)
+ROWS = HOVERING + LIVE
 
 
 if __name__ == "__main__":

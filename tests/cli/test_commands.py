@@ -152,7 +152,7 @@ def test_speed_json(recording: Path, capsys: pytest.CaptureFixture[str]) -> None
     [
         ([], "COMMAND"),
         (["fly"], "fly"),
-        (["calibrate"], "--tracks"),
+        (["calibrate"], "--out"),
         ([*CALIBRATE, "--method", "magic"], "magic"),
         ([*CALIBRATE, "--nonsense"], "--nonsense"),
         ([*CALIBRATE, "--image-size", "big"], "1280x720"),

@@ -124,7 +124,7 @@ def test_people_get_a_few_lines(capsys: pytest.CaptureFixture[str]) -> None:
         (["--goal", "nan,3"], "expected U,V"),
         (["--goal", "6,3", "--path", "path.csv"], "not allowed"),
         ([], "--goal --path"),
-        (["--goal", "640,400", "--site", "site.toml"], "--site"),
+        (["--goal", "640,400", "--site", "none.toml"], "none.toml"),
         (["--path", "path.csv", "--heading-deg", "3"], "--heading-deg"),
         (["--path", "none.csv"], "none.csv"),
         (["--goal", "640,400", "--speed-mps", "0"], "above 0"),

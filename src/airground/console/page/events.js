@@ -11,6 +11,9 @@ const SAME_MS = 4000; // the same line again within this is counted, not repeate
 const MOST_TOASTS = 3;
 const FRESH_S = 3;
 
+/** Lines that differ in their numbers only say the same: a camera that comes and goes shall not fill the page. */
+const alike = (line) => line.replace(/[\d.]+/g, "#");
+
 export function makeEvents() {
   const list = byId("events"), toasts = byId("toasts"), announcer = byId("announcer");
   /** @type {{t: number|null, level: string, line: string, robot: string, count: number}[]} newest last */
@@ -38,7 +41,7 @@ export function makeEvents() {
 
   function toast(line, level) {
     const now = performance.now();
-    const same = shown.find((one) => one.line === line && now - one.at < SHOWN_MS[level]);
+    const same = shown.find((one) => alike(one.line) === alike(line) && now - one.at < SHOWN_MS[level]);
     if (same) {
       same.count += 1;
       same.at = now;
