@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from contextlib import ExitStack
 from math import hypot
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
 
     from playwright.sync_api import Browser, ConsoleMessage, Locator, Page
 
+    from airground.geometry.arrays import FloatArray
     from airground.session.tick import SessionTick
     from airground.sim.live_truth import RobotTruth
 
@@ -237,6 +237,10 @@ def curve(start: tuple[float, float], end: tuple[float, float]) -> list[tuple[fl
     return [(float(u), float(v)) for u, v in points]
 
 
-def environment() -> dict[str, str]:
-    """For a server of its own: what it prints comes at once."""
-    return {**os.environ, "PYTHONUNBUFFERED": "1"}
+def off_line(points: list[list[float]], uv: FloatArray) -> float:
+    """How far a place is from a line through points [px]."""
+    line = np.array(points)[:, :2]
+    begin, way = line[:-1], np.diff(line, axis=0)
+    along = ((uv - begin) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), 1e-9)
+    nearest = begin + np.clip(along, 0, 1)[:, None] * way
+    return float(np.linalg.norm(nearest - uv, axis=1).min())

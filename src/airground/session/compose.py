@@ -233,7 +233,9 @@ class LiveSite:
                         f"robot {robot.name} (track {robot.track}) is not in the embedded world; "
                         f"its first {count} are {known}"
                     )
-            self.world = opened.enter_context(LiveWorld(EmbeddedWorld(options, plan.seed), clock))
+            self.world = opened.enter_context(
+                LiveWorld(EmbeddedWorld(options, plan.seed), clock, apart=True)
+            )
             return self.world.camera, self.world.robots
         robots = {
             name: opened.enter_context(open_robot(name, link, clock=clock))

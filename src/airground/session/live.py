@@ -92,6 +92,7 @@ class LiveSession:
         self._recorded = -1  # revision of the calibration that the recording has
         self._inbox = Inbox()
         self._closing = Event()
+        self._closed = False
         self._listeners: list[Callable[[SessionTick], None]] = []
         self._shown: ShownImage | None = None
         self._workers = Workers(self._inbox.put)
@@ -201,8 +202,9 @@ class LiveSession:
 
     def close(self) -> None:
         """Stop all robots, and let go of everything; calling it again does nothing."""
-        if self._closing.is_set():
+        if self._closed:  # one that ended by itself has let go of nothing yet
             return
+        self._closed = True
         self._closing.set()
         for thread in self._threads:
             if thread.ident is not None:

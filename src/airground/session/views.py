@@ -168,7 +168,7 @@ def other_view(track: Track, calibration: Calibration | None) -> OtherView:
             speed, sigma, xy_dot = length, variance**0.5, _pair(velocity)
     ahead = _pair(track.uv + track.uv_dot * AHEAD_S)
     return OtherView(
-        name=track.name,
+        name=f"tag {track.name}" if track.name.isdigit() else track.name,
         uv=(float(track.uv[0]), float(track.uv[1])),
         covariance=_three(track.covariance[:2, :2]),
         xy_dot=xy_dot,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import traceback
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
@@ -49,7 +50,8 @@ class Workers:
             return
         # A fresh interpreter: one that was forked from a program with threads may hang.
         if self._process is None:
-            self._process = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+            context = multiprocessing.get_context("spawn")
+            self._process = ProcessPoolExecutor(1, context, _ignore_interrupts)
         try:
             future = self._process.submit(job.work)
         except BrokenExecutor:
@@ -68,6 +70,11 @@ class Workers:
     def _heavy_done(self, job: Job, future: Future[Any]) -> None:
         if not self._closed and not future.cancelled():
             self._put(Finished(job.number, _result(job, future.result)))
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C is for who started us."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def done(job: Job) -> Any:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from airground.errors import AirgroundError, UnreachableError
+from airground.errors import InputError, UnreachableError
 from airground.vision.sources.protocol import SourceHealth, SourceState
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from airground.sim.live_clockwork import Clockwork
     from airground.sim.live_pictures import Picture
+    from airground.sim.live_studio import Studio
     from airground.vision.frame import Clock, Frame, ImageArray
 
 __all__ = ["EmbeddedCamera"]
@@ -43,6 +44,8 @@ class EmbeddedCamera:
         For how long there may be no frame before reading raises; an attribute too, that may be changed.
     stall_s : float [s]
         For how long there may be no frame before the state is "lost".
+    studio : Studio, optional
+        Draws in another process; this one does where not given.
     """
 
     frame_count: int | None = None
@@ -50,11 +53,17 @@ class EmbeddedCamera:
     clock: Clock = "world"
 
     def __init__(
-        self, clockwork: Clockwork, *, patience_s: float = 10.0, stall_s: float = 1.0
+        self,
+        clockwork: Clockwork,
+        *,
+        patience_s: float = 10.0,
+        stall_s: float = 1.0,
+        studio: Studio | None = None,
     ) -> None:
         self.patience_s = patience_s
         self._clockwork = clockwork
         self._stall_s = stall_s
+        self._studio = studio
         self._changed = Condition()
         self._closing = Event()
         self._thread = Thread(target=self._run, name="embedded camera", daemon=True)
@@ -158,10 +167,17 @@ class EmbeddedCamera:
             with self._changed:
                 self._bug = error
                 self._changed.notify_all()
+        finally:
+            if self._studio is not None:
+                self._studio.close()
 
     def _keep_drawing(self) -> None:
-        # Paints the floor, which takes a second; at a time that needs nobody to have driven on.
-        self._clockwork.world.renderer.clean(self._clockwork.world.now - 1.0)
+        world = self._clockwork.world
+        if self._studio is not None:
+            self._studio.open()
+        else:  # paints the floor, which takes a second; at a time that needs nobody to have driven on
+            world.renderer.clean(world.now - 1.0)
+        draw = world.draw if self._studio is None else self._studio.draw
         self._since_s = monotonic()
         with self._changed:
             self._changed.notify_all()
@@ -180,8 +196,8 @@ class EmbeddedCamera:
             picture = ready[-1]
             drawn = picture.index
             try:
-                frame = self._clockwork.world.draw(picture)
-            except AirgroundError:  # the computer slept, and nobody remembers
+                frame = draw(picture)
+            except InputError:  # the computer slept, and nobody remembers
                 continue
             self._closing.wait(max(picture.arrives_s - self._clockwork.clock(), 0.0))
             if self._clockwork.arrived(picture):

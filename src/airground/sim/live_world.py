@@ -57,16 +57,17 @@ class EmbeddedWorld:
         places = robot_places(options)
         self.faults = Faults(place.name for place in places)
         """What is wrong, to be switched."""
-        self._seed = seed
+        self.seed = seed
         self._now = self._measured_s = float(start_s)
         moving, jitter = np.random.default_rng([seed, 0xE3]).spawn(2)
         self._places = places
         self._fleet = LiveFleet(places, options, self.faults, moving, self._now)
         self.shutter = Shutter(options, jitter, self._now)
         """Knows which pictures are on their way."""
-        self._bodies = live_bodies(places, self._fleet.shown, self._fleet.cloth, cart=options.cart)
+        self.bodies = live_bodies(places, self._fleet.shown, self._fleet.cloth, cart=options.cart)
+        """All that stands and drives there."""
         self._pinhole = Pinhole.of_world(demo_world())
-        self._sight = LiveSight(self._bodies, self._pinhole, options.sigma_px, seed)
+        self._sight = LiveSight(self.bodies, self._pinhole, options.sigma_px, seed)
         self._image: ImageArray | None = None
         self._seen: Sightings | None = None
         self.closest_m: float = inf
@@ -91,12 +92,12 @@ class EmbeddedWorld:
     @cached_property
     def scene(self) -> Scene:
         """What the camera looks at, false sightings included; its floor is painted when one first asks."""
-        return live_scene(self._bodies, self._seed)
+        return live_scene(self.bodies, self.seed)
 
     @cached_property
     def renderer(self) -> Renderer:
         """Draws what the camera sees."""
-        return Renderer(self.scene, self._seed)
+        return Renderer(self.scene, self.seed)
 
     @property
     def camera(self) -> SimCamera:
@@ -337,4 +338,4 @@ class EmbeddedWorld:
         self.closest_m = min(self.closest_m, self._fleet.closest_m(*others))
 
     def _cart(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return next(body for body in self._bodies if body.name == CART).pose(t)
+        return next(body for body in self.bodies if body.name == CART).pose(t)

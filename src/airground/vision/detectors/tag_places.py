@@ -94,20 +94,22 @@ class PlacedTag:
         H = self.image_from_tag + dt * (self.image_from_tag @ self.drift)
         return np.asarray(H / H[2, 2])
 
-    def stayed(self, cells: float) -> bool:
+    def stayed(self, cells: float, px: float = np.inf) -> bool:
         """Whether the fit stayed where it began: one that slipped is no sighting.
 
         Parameters
         ----------
         cells : float
             How far is too far.
+        px : float
+            That is too far as well [px].
 
         Returns
         -------
         stayed : bool
             True within three pixels, too.
         """
-        return self.slip_px < 3.0 or self.slip_cells < cells
+        return self.slip_px < 3.0 or (self.slip_cells < cells and self.slip_px < px)
 
 
 def place_tags(

@@ -36,6 +36,7 @@ __all__ = ["TagDetector", "detect_family"]
 SURE = 0.97  # correlation of a tag under ordinary noise
 RESCAN_S = 0.5  # in which the whole image is searched for new tags
 PARTS = 10  # of an image: one in each frame at 20 Hz
+ROUGH_PX = 8.0  # OpenCV's corners of large tags are better than that; a box may be taken for a tag beside it
 LOST_S = 1.0  # a tag that is not there any more is looked for nearby as long
 MOST_WINDOW_PX = 320  # side of what is searched for it
 
@@ -187,7 +188,7 @@ class TagDetector:
             for tag in placed
             if tag is not None
             and tag.code_correlation >= self._least_correlation  # a border alone is no tag
-            and tag.stayed(2.0)
+            and tag.stayed(2.0, ROUGH_PX)
         ]
 
     def _look_nearby(self, image: ImageArray, t: float) -> list[Candidate]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from airground.vision.tracker.pairs import Pairs
     from airground.vision.tracker.roster import BoolArray, Roster
 
-__all__ = ["ask", "carry_on", "doubtful", "heaps"]
+__all__ = ["ask", "asked_about", "carry_on", "doubtful", "heaps"]
 
 OPEN = 6.0  # an exchange that costs less than this opens a question
 MOST_QUESTIONS = 12  # that are gone on with in a frame; what is beyond is decided on the spot, and said to be in doubt
@@ -138,6 +138,27 @@ def ask(
             rows = list(edge)
             doubt[rows] = 1 - (1 - doubt[rows]) * (1 - 1 / (1 + np.exp(cost)))
     return verdicts, doubt
+
+
+def asked_about(questions: list[Question], serial: IntArray) -> BoolArray:
+    """Which tracks are in question.
+
+    Parameters
+    ----------
+    questions : list of Question
+        Those that are open.
+    serial : (R,) array of int
+        Numbers of all tracks.
+
+    Returns
+    -------
+    asked : (R,) array of bool
+        Those.
+    """
+    asked = np.zeros(len(serial), dtype=np.bool_)
+    for question in questions:
+        asked |= np.isin(serial, question.serials)
+    return asked
 
 
 def doubtful(

@@ -76,6 +76,27 @@ class Naming:
                 reads[k] = 1
         roster.reads, roster.swap = reads, swap
 
+    @staticmethod
+    def named(roster: Roster, partner: IntArray, sightings: Sightings) -> BoolArray:
+        """Which tracks were read their label from their sightings.
+
+        Parameters
+        ----------
+        roster : Roster
+            All tracks.
+        partner : (R,) array of int
+            Sighting of each; -1 for none.
+        sightings : Sightings
+            Of the frame.
+
+        Returns
+        -------
+        named : (R,) array of bool
+            Those.
+        """
+        read = (sightings.labels[k] if k >= 0 else "" for k in partner.tolist())
+        return np.array([a == b != "" for a, b in zip(read, roster.labels, strict=True)], np.bool_)
+
     def ready(self, roster: Roster) -> BoolArray:
         """Candidates whose odds are good.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from airground.errors import InputError
 from airground.vision.sightings import Sightings
-from airground.vision.tracker.asking import ask, carry_on
+from airground.vision.tracker.asking import ask, asked_about, carry_on
 from airground.vision.tracker.assignment import assign, prepare
 from airground.vision.tracker.beliefs import MotionModel
 from airground.vision.tracker.encounters import Encounters, mistaken
@@ -189,16 +189,13 @@ class Tracker:
         own = partner[pairs.tracks] == pairs.sightings
         won[pairs.tracks[own]] = pairs.gain[own] + np.log1p(-chance[pairs.tracks[own]])
         won[partner < 0] = np.log1p(-chance[partner < 0])
-        asked = np.zeros(len(roster), dtype=np.bool_)
-        for question in self._questions:
-            asked |= np.isin(roster.serial, question.serials)
         self._beliefs, self._looks = measure(
             self._beliefs,
             self._looks,
             sightings,
             partner=partner,
             host=host,
-            asked=asked,
+            asked=asked_about(self._questions, roster.serial),
             model=self._model,
             options=options,
             dt=dt,
@@ -209,14 +206,11 @@ class Tracker:
         roster.visible = np.where(partner >= 0, 1.0, np.where(host >= 0, visible, missed))
         for verdict in verdicts:
             roster.visible[verdict.rows] = verdict.visible
-        labels = [sightings.labels[k] if k >= 0 else "" for k in partner]
         met = self._encounters.note(
             roster,
             partner,
             host,
-            named=np.array(
-                [a == b != "" for a, b in zip(labels, roster.labels, strict=True)], bool
-            ),
+            named=self._naming.named(roster, partner, sightings),
             t=sightings.t,
             dt=dt,
             sightings=sightings,
