@@ -29,21 +29,8 @@ if TYPE_CHECKING:
 
 GOALS = (330.0, 450.0), (600.0, 470.0)
 NEAR_PX, NEAR_M = 3.0, 0.02
-FOLLOWS_PX = 10.0  # on a computer that steps the controller ten times less often than it should
+FOLLOWS_PX = 6.0  # twice the centimetres at this distance
 SERVE = (sys.executable, "-m", "airground", "serve", "--port")
-
-WANTED_SIGMA = 0.05
-SITE = f"""
-format = "airground.site/1"
-name = "test"
-cameras = [{{ source = "embedded" }}]
-robots = [
-  {{ name = "red", track = 0, link = "embedded", speed_mps = 0.3 }},
-  {{ name = "blue", track = 1, link = "embedded", speed_mps = 0.3 }},
-]
-calibration = {{ wanted_sigma = {WANTED_SIGMA} }}
-safety = {{ camera_s = 4.0, track_s = 4.0, robot_s = 4.0, operator_s = 4.0 }}
-"""  # patient, as is `peers.browser.PATIENT`
 
 
 def drive(page: Console, site: TrueSite) -> tuple[float, float]:
@@ -52,6 +39,14 @@ def drive(page: Console, site: TrueSite) -> tuple[float, float]:
     page.click_at(goal)
     until(lambda: site.speed() > 0.1, PATIENCE_S)
     return goal
+
+
+def arrives(page: Console, site: TrueSite, goal: tuple[float, float]) -> None:
+    page.until("state.robots[0].done")
+    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
+    px, m = site.off(goal)
+    assert px < NEAR_PX
+    assert m < NEAR_M
 
 
 def serve(start: Start, *options: str, port: int = 0) -> tuple[subprocess.Popen[str], str]:
@@ -63,34 +58,29 @@ def serve(start: Start, *options: str, port: int = 0) -> tuple[subprocess.Popen[
 # From nothing
 
 
-def test_calibrate_and_drive_from_nothing(console: Open, start: Start, tmp_path: Path) -> None:
-    (tmp_path / "site.toml").write_text(SITE)
-    _, url = serve(start, "--site", str(tmp_path / "site.toml"))
-    page = console(url).take()
-    assert "does not know the ground" in page.by("invite").inner_text()
-    page.click("tab-calibrate")
-    page.click("calibrate-guided")
-    page.until("calibration.phase === 'running'", 3 * PATIENCE_S)
-    assert page.by("calibration-advice").inner_text()
-    page.until("calibration.phase === 'good'", 3 * PATIENCE_S)
-    page.click("calibration-keep")
-    page.until("calibration.status === 'calibrated'")
-    page.until("calibration.rectify !== null")
-    assert "Calibrated: speeds are true to" in page.by("calibration-status").inner_text()
-    camera = EmbeddedWorld().camera
-    for uv in GOALS:  # a metre at the right and ahead of each is a metre for the page
-        there = camera.unproject(np.array(uv))
-        for step in ((1.0, 0.0), (0.0, 1.0)):
-            u, v = camera.project(there + step)
-            ends = [page.get(f"groundFromImage({at[0]}, {at[1]})") for at in (uv, (u, v))]
-            assert hypot(*np.subtract(*ends)) == pytest.approx(1.0, abs=3 * WANTED_SIGMA)
+def test_calibrate_and_drive_from_nothing(console: Open) -> None:
+    with TrueSite(calibrated=False) as site:
+        page = console(site.server.url).take()
+        assert "does not know the ground" in page.by("invite").inner_text()
+        page.click("tab-calibrate")
+        page.click("calibrate-guided")
+        page.until("calibration.phase === 'running'", 3 * PATIENCE_S)
+        assert page.by("calibration-advice").inner_text()
+        page.until("calibration.phase === 'good'", 3 * PATIENCE_S)
+        page.click("calibration-keep")
+        page.until("calibration.status === 'calibrated' && airground.calibration.rectify")
+        assert "Calibrated: speeds are true to" in page.by("calibration-status").inner_text()
+        for uv in GOALS:  # a metre at the right, and ahead, is a metre for the page
+            there = site.camera.unproject(np.array(uv))
+            for step in ((1.0, 0.0), (0.0, 1.0)):
+                u, v = site.camera.project(there + step)
+                ends = [page.get(f"groundFromImage({at[0]}, {at[1]})") for at in (uv, (u, v))]
+                sigma = page.get("calibration.relative_sigma")
+                assert hypot(*np.subtract(*ends)) == pytest.approx(1.0, abs=4 * sigma)
 
-    goal = max(GOALS, key=lambda one: abs(one[0] - page.get("state.robots[0].uv[0]")))
-    page.click("tool-goal")
-    page.click_at(goal)
-    page.until("state.robots[0].done")
-    u, v = page.get("state.robots[0].uv")
-    assert hypot(u - goal[0], v - goal[1]) < 2 * NEAR_PX
+        page.click("tool-goal")
+        goal = drive(page, site)
+        arrives(page, site, goal)
 
 
 # Driving
@@ -99,11 +89,7 @@ def test_calibrate_and_drive_from_nothing(console: Open, start: Start, tmp_path:
 def test_a_click_sends_the_robot_there(site: TrueSite, console: Open) -> None:
     page = console(site.server.url).take()
     goal = drive(page, site)
-    page.until("state.robots[0].done")
-    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
-    px, m = site.off(goal)
-    assert px < NEAR_PX
-    assert m < NEAR_M
+    arrives(page, site, goal)
     assert page.get("state.mode") == "idle"
     assert "arrived" in page.by("robot-red").inner_text()
 
@@ -124,10 +110,9 @@ def test_a_sketch_is_smoothed_shown_and_driven(site: TrueSite, console: Open) ->
     off_px = []
     while not page.get("state.robots[0].done"):
         off_px.append(off_line(way, site.truth().uv))
-    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
+    arrives(page, site, (end[0], end[1]))
     assert len(off_px) > 10
     assert max(off_px) < FOLLOWS_PX
-    assert site.off((end[0], end[1]))[0] < FOLLOWS_PX
 
 
 def test_what_cannot_be_driven_is_red_and_not_released(site: TrueSite, console: Open) -> None:

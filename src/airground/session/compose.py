@@ -25,6 +25,7 @@ from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes
 from airground.vision.moving import Stabilizer
 from airground.vision.sources import live_source
+from airground.vision.threads import use_threads
 from airground.vision.tracker import Tracker
 
 if TYPE_CHECKING:
@@ -259,9 +260,10 @@ class LiveSite:
 
 
 def _warm_up() -> None:
-    """Import what is imported late, so that the loop does not wait for it when it is first needed."""
+    """Have ready what the loop must not wait for when it is first needed."""
     for name in ("shapely", "daqp", "scipy.optimize", "scipy.interpolate"):
         importlib.import_module(name)
+    use_threads(1)  # the loop must not wait for images whose threads wait for each other
 
 
 def _robot(one: RobotSite) -> RobotOptions:
