@@ -1,6 +1,6 @@
 """Make the pictures of the operator's console in docs/images: a browser, the embedded world, and a person's hand.
 
-Run: python docs/console_pictures.py [name ...]; needs Chromium and a computer that does nothing else. Five minutes.
+Run: python docs/console_pictures.py; needs Chromium and a computer that does nothing else. Five minutes.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def sketch(page: Page, robot: str, points: list[Any]) -> None:
     until(page, f"paths.{robot}?.sketch > {before}")
 
 
-def main(wanted: list[str]) -> None:
+def main() -> None:
     """Make them, one after the other in one session."""
     plan = plan_without_site()
     plan = replace(plan, options=replace(plan.options, bounds=PATIENT))
@@ -248,4 +248,4 @@ def phone(open_: Callable[..., Page]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

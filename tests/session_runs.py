@@ -60,7 +60,7 @@ def session(
     **options: Any,
 ) -> SteppedSession:
     """A session whose operator is at the controls; robots stand, and nothing else moves."""
-    given = {"odometry": GOOD_WHEELS, "cart": False} | options
+    given: dict[str, Any] = {"odometry": GOOD_WHEELS, "cart": False} | options
     world = EmbeddedWorld(EmbeddedOptions(robots=robots, **given), seed)
     stepped = SteppedSession(
         world,

@@ -41,11 +41,13 @@ def drive(page: Console, site: TrueSite) -> tuple[float, float]:
     return goal
 
 
-def arrives(page: Console, site: TrueSite, goal: tuple[float, float]) -> None:
+def arrives(
+    page: Console, site: TrueSite, goal: tuple[float, float], near_px: float = NEAR_PX
+) -> None:
     page.until("state.robots[0].done")
     until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
     px, m = site.off(goal)
-    assert px < NEAR_PX
+    assert px < near_px
     assert m < NEAR_M
 
 
@@ -110,7 +112,7 @@ def test_a_sketch_is_smoothed_shown_and_driven(site: TrueSite, console: Open) ->
     off_px = []
     while not page.get("state.robots[0].done"):
         off_px.append(off_line(way, site.truth().uv))
-    arrives(page, site, (end[0], end[1]))
+    arrives(page, site, (end[0], end[1]), FOLLOWS_PX)
     assert len(off_px) > 10
     assert max(off_px) < FOLLOWS_PX
 

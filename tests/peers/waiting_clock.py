@@ -1,7 +1,7 @@
 """A session's clock that waits for the session where the computer has other things to do.
 
-A simulated world has no need to run on while nobody looks: on a loaded computer it would only be a world whose robots stop for
-safety all the time. What happens then is tested elsewhere.
+A simulated world has no need to run on while nobody looks: on a loaded computer its robots would only stop for safety all
+the time. What happens then is tested elsewhere.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def test_two_robots_drive_until_the_camera_is_known_and_what_comes_out_is_right(
 def test_legs_are_driven_by_one_robot_at_a_time_and_told() -> None:
     one = drive(robots=2)
     both = 0
-    for _ in range(60):
+    for _ in range(35):
         one.run(0.1)
         both += speed(one) > 0.03 and speed(one, "blue") > 0.03
     assert both == 0

@@ -45,7 +45,11 @@ def test_what_is_cancelled_is_not_waited_for_and_its_result_dropped() -> None:
 
 def test_what_follows_may_give_new_work() -> None:
     one = Desk()
-    one.give("a", lambda: None, lambda _: one.give("b", lambda: None, lambda _: None) and None)
+
+    def more(_: Any) -> None:
+        one.give("b", lambda: None, more)
+
+    one.give("a", lambda: None, more)
     one.collect()
     one.take(Finished(1, None))
     assert [job.what for job in one.collect()] == ["b"]

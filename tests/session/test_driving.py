@@ -15,6 +15,7 @@ from session_runs import RED_GOAL, off_m, off_px, session, speed, view
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from airground.geometry.arrays import FloatArray
     from airground.session.stepped import SteppedSession
 
 NEAR = (560.0, 330.0)
@@ -155,7 +156,7 @@ def test_a_robot_stays_out_of_what_was_fenced_and_goes_round_it() -> None:
     assert off_m(one, RED_GOAL) < 0.02
 
 
-def _distance(corners: np.ndarray, xy: np.ndarray) -> float:  # type: ignore[type-arg]
+def _distance(corners: FloatArray, xy: FloatArray) -> float:
     """From a convex ring that does not hold the point."""
     best = np.inf
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):

@@ -89,8 +89,8 @@ def test_commands_go_out_at_the_rate_whatever_the_camera_does_and_stop_comes_fir
         until(lambda: len(ticks) > 20)
         one.submit("somebody", Stop())
         until(lambda: ticks[-1].stop_heard == 1)
-        assert one.running
-    assert not one.running
+        ran = one.running
+    assert (ran, one.running) == (True, False)
     for robot in robots:
         assert set(robot.sent) == {STOP}
         assert len(robot.sent) >= 20
@@ -114,8 +114,7 @@ def test_a_loop_that_hangs_has_its_robots_stopped_past_it(monkeypatch: pytest.Mo
     with one:
         until(lambda: all(robot.stops for robot in robots))
         told = [len(robot.sent) for robot in robots]
-        assert one._watchdog.stops == 1
-        assert "the control loop has hung for" in one._watchdog.line
+        until(lambda: "the control loop has hung for" in one._watchdog.line)
         go.set()
         until(lambda: all(len(r.sent) > n for r, n in zip(robots, told, strict=True)))
         until(lambda: not one._watchdog.line)  # it runs again

@@ -13,16 +13,20 @@ from hypothesis import strategies as st
 from airground.errors import InputError
 from airground.session.orders import (
     KINDS,
+    Alive,
     Calibrate,
     DriveTo,
     EndCalibration,
     FollowPath,
+    Gone,
     Hand,
     Order,
+    Release,
     Rest,
     SetFences,
     SetSpeed,
     Sketch,
+    Stop,
     order_document,
     parse_order,
 )
@@ -34,7 +38,10 @@ SHARE = st.floats(-1, 1)
 NUMBER = st.integers(0, 2**53 - 1)
 MAYBE_SPEED = st.none() | st.floats(1e-3, 100)
 BUILT: dict[str, st.SearchStrategy[Order]] = {
-    **{kind: st.just(KINDS[kind]()) for kind in ("stop", "release", "alive", "gone")},
+    "stop": st.just(Stop()),
+    "release": st.just(Release()),
+    "alive": st.just(Alive()),
+    "gone": st.just(Gone()),
     "drive_to": st.builds(DriveTo, NAMES, POINTS, st.none() | st.floats(-100, 100)),
     "sketch": st.builds(Sketch, NAMES, NUMBER, POINTS, MAYBE_SPEED),
     "follow_path": st.builds(FollowPath, NAMES, NUMBER),
