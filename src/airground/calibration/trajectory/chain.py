@@ -28,7 +28,8 @@ BoolArray = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 SHARED = 7 / 15
 SMOOTH_S = 0.5  # over which a heading is smoothed, for the lever
 POWER_S, POWER_READINGS = 0.4, 7  # over which speeds are smoothed, for the noise's scale
-IDLE = 0.1  # of the usual speed: noise of a robot that stands, over that of one that drives
+MOVING = 0.1  # of the largest speed: below it a robot stands, for all that can be told
+IDLE = 0.3  # of the usual speed: noise of a robot that stands, over that of one that drives
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -239,7 +240,7 @@ def _speed_and_power(path: GroundPath) -> tuple[float, FloatArray]:
     """Median speed while moving, and the integral of the squared speed."""
     dt = np.diff(path.t)
     speed = np.hypot(*np.diff(path.xy, axis=0).T) / dt
-    moving = speed > IDLE * float(speed.max())
+    moving = speed > MOVING * float(speed.max())
     usual = float(np.median(speed[moving])) if moving.any() else 0.0
     # Smoothed: weights by the very noise that they weigh would favour readings that are too low.
     count = max(POWER_READINGS, round(POWER_S / float(np.median(dt))))
