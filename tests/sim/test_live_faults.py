@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from airground.control import STOP
 from airground.errors import InputError
 from airground.sim.live_faults import Faults
-from airground.sim.live_options import EmbeddedOptions
+from airground.sim.live_options import FAMILY, EmbeddedOptions
 from airground.vision.detectors.registry import make_detector
 from live_runs import CURVE, Run, run
 
@@ -138,7 +138,7 @@ def test_covers_swaps_and_false_sightings_show_in_pictures_too() -> None:
         world.pictures(world.now)
         drive.go(0.16)
         frame = world.frames(world.now)[-1]
-        seen = make_detector("tag:family=36h11").detect(frame)  # that remembers nothing
+        seen = make_detector(f"tag:family={FAMILY}").detect(frame)  # that remembers nothing
         return {"t": frame.t - 0.06, **dict(zip(seen.labels, seen.uv, strict=True))}
 
     world.faults.robot("red", covered=True)

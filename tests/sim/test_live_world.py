@@ -81,7 +81,7 @@ def test_frames_are_drawn_when_one_asks_and_show_what_was() -> None:
     world = drive.go(1.0).world
     assert "scene" not in vars(world)  # nothing was painted
     frames = world.frames(world.now)[-2:]
-    detector = make_detector("tag:family=36h11")
+    detector = make_detector(f"tag:family={FAMILY}")
     for frame in frames:
         assert (frame.size_px, frame.clock, frame.segment) == ((1280, 720), "world", 0)
         found = detector.detect(frame)

@@ -38,9 +38,8 @@ __all__ = ["LiveSession"]
 WATCHDOG_S = 0.5  # robots are stopped past the loop if it hangs for so long; most have such a watchdog of their own
 READ_S = 0.1
 NEWS_S = 0.25
-SWITCH_S = (
-    0.0005  # Python hands the interpreter from thread to thread: the loop must not wait 5 ms for it
-)
+# Python hands the interpreter from thread to thread: the loop must not wait 5 ms for it
+SWITCH_S = 0.0005
 
 
 class LiveSession:

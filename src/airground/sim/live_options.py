@@ -12,7 +12,7 @@ from airground.sim.vehicle_options import PlantOptions
 
 __all__ = ["FAMILY", "MOST_ROBOTS", "EmbeddedOptions", "RobotPlace", "robot_places"]
 
-FAMILY = "36h11"
+FAMILY = "4x4_50"
 """Of all tags in the embedded world."""
 
 CART_TAG = 9

@@ -29,7 +29,7 @@ SHARED = 7 / 15
 SMOOTH_S = 0.5  # over which a heading is smoothed, for the lever
 POWER_S, POWER_READINGS = 0.4, 7  # over which speeds are smoothed, for the noise's scale
 MOVING = 0.1  # of the largest speed: below it a robot stands, for all that can be told
-IDLE = 0.3  # of the usual speed: noise of a robot that stands, over that of one that drives
+IDLE = 0.2  # of the usual speed: noise of a robot that stands, over that of one that drives
 
 
 @dataclass(frozen=True, slots=True, eq=False)
