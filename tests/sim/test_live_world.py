@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from airground.control import VelocityCommand
 from airground.errors import InputError
-from airground.sim.live_options import MOST_ROBOTS, EmbeddedOptions
+from airground.sim.live_options import FAMILY, MOST_ROBOTS, EmbeddedOptions
 from airground.sim.live_world import EmbeddedWorld
 from airground.vision.detectors.registry import make_detector
 from live_runs import CURVE, SMOOTH, run
