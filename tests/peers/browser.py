@@ -30,7 +30,7 @@ from session_runs import GOOD_WHEELS, known_calibration
 from waiting import until
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from playwright.sync_api import Browser, ConsoleMessage, Locator, Page
 
@@ -178,11 +178,17 @@ class Console:
 
     def until(self, what: str, patience_s: float = PATIENCE_S) -> Console:
         """Wait until something that the page knows is true."""
+        return self.wait(lambda: self._true(what), patience_s, what)
+
+    def wait(
+        self, condition: Callable[[], bool], patience_s: float = PATIENCE_S, what: str = "it"
+    ) -> Console:
+        """Wait for anything; where it does not come, tell what the page knows."""
         try:
-            until(lambda: self._true(what), patience_s)
+            until(condition, patience_s)
         except AssertionError:
             told = self.page.evaluate("airground.events.slice(-12).map((one) => one.line)")
-            known = ("state", "calibration", "controls", "connection")
+            known = ("state", "calibration", "controls", "connection", "stopPending")
             told += [f"{one}: {self.get(one)}" for one in known]
             pytest.fail("\n".join([f"never came: {what}", *told]))
         return self

@@ -37,7 +37,7 @@ def drive(page: Console, site: TrueSite) -> tuple[float, float]:
     """Send red far away; it is under way when this returns."""
     goal = site.far(*GOALS)
     page.click_at(goal)
-    until(lambda: site.speed() > 0.1, PATIENCE_S)
+    page.wait(lambda: site.speed() > 0.1)
     return goal
 
 
@@ -45,7 +45,7 @@ def arrives(
     page: Console, site: TrueSite, goal: tuple[float, float], near_px: float = NEAR_PX
 ) -> None:
     page.until("state.robots[0].done")
-    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
+    page.wait(lambda: site.speed() < STANDS_MPS)
     px, m = site.off(goal)
     assert px < near_px
     assert m < NEAR_M
@@ -137,9 +137,9 @@ def test_driven_by_hand_it_stands_when_the_key_is_let_go(site: TrueSite, console
     page.click("tool-hand")
     before = site.truth().theta
     page.page.keyboard.down("ArrowLeft")
-    until(lambda: site.truth().theta > before + 0.1, PATIENCE_S)
+    page.wait(lambda: site.truth().theta > before + 0.1)
     page.page.keyboard.up("ArrowLeft")
-    until(lambda: abs(site.truth().omega) < 0.01, PATIENCE_S)
+    page.wait(lambda: abs(site.truth().omega) < 0.01)
     assert page.get("state.mode") != "stopped"
 
 
@@ -160,7 +160,7 @@ def test_stop_is_heard_and_all_stands_until_released(
     page.until("events.some((one) => one.line.startsWith('STOP was heard after'))")
     assert re.search("STOP heard|Stopped", page.by("stop-status").inner_text())
     assert page.get("state.mode") == "stopped"
-    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
+    page.wait(lambda: site.speed() < STANDS_MPS)
 
     page.click_at(site.far(*GOALS))  # refused: it is stopped
     page.by("toast").first.wait_for()
@@ -187,7 +187,7 @@ def test_a_lost_connection_stops_the_robots_and_comes_back(
         page.until("connection.state === 'lost'")
         assert "lost" in page.by("connection").inner_text()
         assert page.by("stop-status").get_attribute("data-state") == "lost"
-        until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
+        page.wait(lambda: site.speed() < STANDS_MPS)
 
         relay.mend()
         page.until("connection.state === 'live' && airground.controls !== null")
@@ -232,7 +232,7 @@ def test_a_second_person_watches_stops_and_takes_over(site: TrueSite, console: O
     drive(first, site)
     second.click("stop")
     first.until("state.mode === 'stopped'")
-    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
+    page.wait(lambda: site.speed() < STANDS_MPS)
     first.release()
 
     drive(first, site)
@@ -244,7 +244,7 @@ def test_a_second_person_watches_stops_and_takes_over(site: TrueSite, console: O
     second.click("take-force")
     second.until("controls.you")
     first.until("controls.you === false")
-    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)  # what the first one drove
+    page.wait(lambda: site.speed() < STANDS_MPS)  # what the first one drove
     assert "Ben has the controls" in first.by("controls").inner_text()
     assert any("Ben" in line for line in first.by("toast").all_inner_texts())
     drive(second, site)
@@ -344,7 +344,7 @@ def test_a_finger_sketches_on_a_phone(site: TrueSite, console: Open) -> None:
     page.touch(curve((u, v), site.far(*GOALS)))
     page.by("path-info").wait_for()
     page.by("drive-path").tap()
-    until(lambda: site.speed() > 0.05, PATIENCE_S)
+    page.wait(lambda: site.speed() > 0.05)
     page.by("stop").tap()
     page.until("state.mode === 'stopped'")
-    until(lambda: site.speed() < STANDS_MPS, PATIENCE_S)
+    page.wait(lambda: site.speed() < STANDS_MPS)

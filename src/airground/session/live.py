@@ -259,6 +259,7 @@ class LiveSession:
             self._closing.wait(0.2)
             return CameraNews("lost", str(error))
         except AirgroundError as error:  # a frame of another size, a detector that failed
+            self._closing.wait(READ_S)  # it may be so every time
             return CameraNews("lost", f"a picture cannot be used: {error}")
         except Exception as error:
             self._fail(error)

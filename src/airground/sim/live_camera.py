@@ -69,6 +69,7 @@ class EmbeddedCamera:
         self._thread = Thread(target=self._run, name="embedded camera", daemon=True)
         self._newest: Frame | None = None
         self._bug: Exception | None = None
+        self._trace: TracebackType | None = None
         self._frames = self._dropped = self._late = self._reconnects = 0
         self._segment = 0
         self._came_s: float | None = None
@@ -131,7 +132,7 @@ class EmbeddedCamera:
         with self._changed:
             while self._newest is None and not self._closing.is_set():
                 if self._bug is not None:
-                    raise self._bug
+                    raise self._bug.with_traceback(self._trace)  # not longer by every raise
                 now_s = monotonic()
                 patient_s = (self._came_s or self._since_s) + self.patience_s
                 if now_s >= patient_s:
@@ -165,7 +166,7 @@ class EmbeddedCamera:
             self._keep_drawing()
         except Exception as error:  # raised where somebody reads
             with self._changed:
-                self._bug = error
+                self._bug, self._trace = error, error.__traceback__
                 self._changed.notify_all()
         finally:
             if self._studio is not None:
@@ -199,7 +200,10 @@ class EmbeddedCamera:
                 frame = draw(picture)
             except InputError:  # the computer slept, and nobody remembers
                 continue
-            self._closing.wait(max(picture.arrives_s - self._clockwork.clock(), 0.0))
+            # A wait may end a hair too early, and what has not arrived cannot be handed out.
+            while (left_s := picture.arrives_s - self._clockwork.clock()) > 0:
+                if self._closing.wait(left_s):
+                    return
             if self._clockwork.arrived(picture):
                 self._publish(frame, picture, len(ready) - 1)
 

@@ -84,6 +84,7 @@ class LiveSource:
         self._reason = "it does not answer"
         self._refused = False
         self._bug: Exception | None = None
+        self._trace: TracebackType | None = None
         self._alive = False
         self._came_s: float | None = None  # when the newest picture came
         self._since_s = 0.0  # when the wait for a first picture began
@@ -191,7 +192,7 @@ class LiveSource:
         end_s = None if timeout_s is None else monotonic() + timeout_s
         while self._newest is None and not self._closing.is_set():
             if self._bug is not None:
-                raise self._bug
+                raise self._bug.with_traceback(self._trace)  # not longer by every raise
             now_s = monotonic()
             patient_s = (self._came_s or self._since_s) + self.patience_s
             if (self._refused and self._came_s is None) or now_s >= patient_s:
@@ -211,7 +212,7 @@ class LiveSource:
             self._keep_reading()
         except Exception as error:  # raised where somebody reads
             with self._changed:
-                self._bug = error
+                self._bug, self._trace = error, error.__traceback__
                 self._changed.notify_all()
 
     def _keep_reading(self) -> None:
