@@ -137,8 +137,7 @@ def console(chromium: Browser) -> Iterator[Callable[..., Console]]:
     opened: list[tuple[Console, str]] = []
 
     def open_(url: str, size: tuple[int, int] = LAPTOP, allow: str = "", **options: Any) -> Console:
-        viewport = {"width": size[0], "height": size[1]}
-        context = chromium.new_context(viewport=viewport, **options)
+        context = chromium.new_context(viewport={"width": size[0], "height": size[1]}, **options)
         page = Console(context.new_page())
         opened.append((page, allow))
         return page.open(url)

@@ -1,6 +1,6 @@
 """A session's clock that waits for the session where the computer has other things to do.
 
-A simulated world has no need to run on while nobody looks: on a loaded computer its robots would only stop for safety all
+A simulated world has no need to run on while nobody looks: where it does, its robots would only stop for safety all
 the time. What happens then is tested elsewhere.
 """
 

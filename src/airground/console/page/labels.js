@@ -27,6 +27,10 @@ export class Labels {
   place(text, [x, y], { away = 12, colour = "#fff", font = "600 12px system-ui, sans-serif", must = false, fill = "rgba(8, 12, 16, 0.78)" } = {}) {
     const { g } = this;
     g.font = font;
+    const most = this.width - 4 - 2 * PAD;
+    const wide = g.measureText(text).width;
+    // In a small view a long reason is cut: it stands in full beside the buttons.
+    if (wide > most) text = `${text.slice(0, Math.max(Math.floor((text.length * most) / wide) - 2, 1))}…`;
     const w = Math.ceil(g.measureText(text).width) + 2 * PAD;
     const h = 19;
     if (x < -away || y < -away || x > this.width + away || y > this.height + away) return false;
