@@ -29,7 +29,14 @@ if TYPE_CHECKING:
 IMAGES = Path(__file__).parent / "images"
 LAPTOP, PHONE = (1280, 720), (390, 844)
 PATIENCE_S = 240.0
-COLOURS = 200  # of a picture's palette: half the size of the file, and nobody sees it
+FAR = (460.0, 580.0), (420.0, 330.0)  # where to go from above, and from below
+FRESH_S = 8.0
+COLOURS, GREY = 120, 100  # of each half of a palette; saturation between them
+LONG_LEG = (
+    "((c) => c.advice.includes('driving 0.') && c.leg_to_px && "
+    "Math.hypot(c.leg_to_px[0] - c.leg_from_px[0], c.leg_to_px[1] - c.leg_from_px[1]) > 90)"
+    "(airground.calibration)"
+)
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 PATIENT = SafetyBounds(tick_s=2.0, track_s=4.0, camera_s=4.0, operator_s=4.0, robot_s=4.0)
 
@@ -77,7 +84,12 @@ def keep(page: Page, name: str) -> None:
     for toast in page.get_by_test_id("toast").all():
         toast.click()
     page.mouse.move(2, 2)
-    page.wait_for_timeout(300)
+    end = time.monotonic() + FRESH_S
+    while page.get_by_test_id("connection").get_attribute("data-state") != "live":
+        if time.monotonic() > end:  # a busy computer; the picture says so
+            break
+        page.wait_for_timeout(50)
+    page.wait_for_timeout(100)
     pixels = np.frombuffer(page.screenshot(), np.uint8)
     image = cv2.imdecode(pixels, cv2.IMREAD_COLOR)
     path = IMAGES / f"console-{name}.png"
@@ -85,15 +97,22 @@ def keep(page: Page, name: str) -> None:
     print(path.name, f"{path.stat().st_size / 1000:.0f} kB")
 
 
-def small(image: np.ndarray) -> bytes:
-    """PNG with a palette."""
+def small(image: Any) -> bytes:
+    """PNG with a palette: half of it for the page's few bright colours, which a common one would lose."""
     from io import BytesIO
 
     from PIL import Image
 
+    saturation = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)[..., 1]
+    colours = []
+    for part in (image[saturation < GREY], image[saturation >= GREY]):
+        strip = Image.fromarray(np.ascontiguousarray(part[None, :, ::-1]))
+        colours += (strip.quantize(COLOURS).getpalette() or [])[: 3 * COLOURS]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours)
     buffer = BytesIO()
-    paletted = Image.fromarray(image[..., ::-1]).quantize(COLOURS, dither=Image.Dither.NONE)
-    paletted.save(buffer, "PNG", optimize=True)
+    paletted = Image.fromarray(np.ascontiguousarray(image[..., ::-1]))
+    paletted.quantize(palette=palette, dither=Image.Dither.NONE).save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
 
 
@@ -157,8 +176,7 @@ def calibrate(page: Page) -> None:
     page.get_by_test_id("tab-calibrate").click()
     keep(page, "start")
     page.get_by_test_id("calibrate-guided").click()
-    until(page, "calibration.phase === 'running' && airground.calibration.leg_to_px")
-    until(page, "calibration.advice.includes('driving')")
+    until(page, f"calibration?.phase === 'running' && {LONG_LEG}")
     keep(page, "calibrating")
     until(page, "calibration.phase === 'good'")
     keep(page, "calibrated")
@@ -172,7 +190,10 @@ def driving(page: Page) -> None:
     page.get_by_test_id("robot-blue").click()
     page.get_by_test_id("tool-goal").click()
     page.mouse.click(*at(page, 960, 420))
-    sketch(page, "red", waves(uv_of(page, 0), (620, 600), 60))
+    until(page, "state.mode === 'driving'")
+    until(page, "state.mode === 'idle'")  # red has made way
+    end = (620, 600) if uv_of(page, 0)[1] < 450 else (480, 300)
+    sketch(page, "red", waves(uv_of(page, 0), end, 60))
     keep(page, "sketch")
     page.get_by_test_id("drive-path").click()
     until(page, "state.robots[0].progress > 0.5")
@@ -182,14 +203,20 @@ def driving(page: Page) -> None:
 
 def undrivable(page: Page) -> None:
     """A sketch through where nobody may be."""
+    u, v = uv_of(page, 0)
+    down = 1 if v < 450 else -1
     page.get_by_test_id("tool-keepout").click()
-    for uv in ((500, 430), (620, 410), (650, 500), (520, 520)):
-        page.mouse.click(*at(page, *uv))
+    for du, dv in ((-90, 90), (60, 75), (90, 130), (-70, 150)):
+        page.mouse.click(*at(page, u + du, v + down * dv))
     page.get_by_test_id("polygon-close").click()
     until(page, "fences.keep_out.length === 1")
-    sketch(page, "red", waves(uv_of(page, 0), (440, 380), 30))
+    sketch(page, "red", waves((u, v), (u - 30, v + down * 230), 40))
     keep(page, "undrivable")
-    page.get_by_test_id("discard-path").click()
+    page.get_by_test_id("tool-keepout").click()
+    page.mouse.click(*at(page, u, v + down * 110))
+    page.get_by_test_id("polygon-delete").click()
+    until(page, "fences.keep_out.length === 0")
+    sketch(page, "red", waves((u, v), (u - 30, v + down * 230), 40))
 
 
 def birdseye(page: Page) -> None:
@@ -205,7 +232,7 @@ def light(page: Page) -> None:
     """By day, and stopped."""
     take(page)
     page.get_by_test_id("robot-red").click()
-    page.mouse.click(*at(page, 430, 380))
+    page.mouse.click(*at(page, *FAR[uv_of(page, 0)[1] > 450]))
     until(page, "state.robots[0].speed_mps > 0.2")
     page.keyboard.press("Space")
     until(page, "state.mode === 'stopped'")
@@ -225,21 +252,16 @@ def second(open_: Callable[..., Page]) -> None:
     take(ada)
     until(ben, "controls?.holder")
     ben.get_by_test_id("take-controls").click()
-    keep_here(ben, "second")
+    keep(ben, "second")
     ada.context.close()
     ben.context.close()
-
-
-def keep_here(page: Page, name: str) -> None:
-    """Keep what is shown, with the small panel that is open."""
-    keep(page, name)
 
 
 def phone(open_: Callable[..., Page]) -> None:
     """In a hand."""
     page = open_(PHONE, has_touch=True, is_mobile=True, device_scale_factor=1)
     take(page)
-    sketch(page, "red", waves(uv_of(page, 0), (430, 400), 40))
+    sketch(page, "red", waves(uv_of(page, 0), FAR[uv_of(page, 0)[1] > 450], 40))
     keep(page, "phone-sketch")
     page.get_by_test_id("drive-path").click()
     until(page, "state.robots[0].progress > 0.3")

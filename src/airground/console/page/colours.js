@@ -9,8 +9,18 @@ export const FENCE = "#5be39b";
 export const KEEP_OUT = "#ff7a59";
 export const HALO = "rgba(6, 10, 14, 0.75)";
 
-/** @param {number} index place in the site's list */
-export const robotColour = (index) => ROBOTS[Math.max(index, 0) % ROBOTS.length];
+// A robot that is called blue is not drawn in orange. Red has no red: that is kept.
+const NAMED = { red: "#ff8fc0", blue: "#38c6ff", green: "#6ee58f", yellow: "#fff05a", orange: "#ffb02e", violet: "#d59bff", white: "#ffffff", black: "#aeb9c4" };
+
+/** @param {string[]} names of all robots, in the site's order @param {string} name */
+export function robotColour(names, name) {
+  const named = (one) => NAMED[one.toLowerCase()];
+  if (named(name)) return named(name);
+  const taken = new Set(names.map(named));
+  const free = ROBOTS.filter((colour) => !taken.has(colour));
+  const index = names.filter((one) => !named(one)).indexOf(name);
+  return free[Math.max(index, 0) % free.length];
+}
 
 /** Colour of a speed as a share of the fastest, slow is violet and fast is yellow: told apart by brightness alone too. */
 export function speedColour(share) {

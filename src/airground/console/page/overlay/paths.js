@@ -50,7 +50,8 @@ export function drawPath(g, surface, labels, path, { numbers, underWay }) {
   g.restore();
   for (const [why, place] of path.undrivable) {
     const at = place.length ? surface.project(...place[Math.floor(place.length / 2)]) : null;
-    if (at) labels.place(why, at, { away: 12, colour: "#fff", fill: "rgba(150, 16, 22, 0.95)", must: true });
+    // Where it is, is seen; the line below the image says it in full.
+    if (at) labels.place(why.split(": ").at(-1), at, { away: 12, colour: "#fff", fill: "rgba(150, 16, 22, 0.95)", must: true });
   }
   if (numbers && drivable(path) && (underWay || !path.released)) writeSpeeds(surface, labels, path);
 }

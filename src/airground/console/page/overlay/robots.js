@@ -10,7 +10,7 @@ const OLD_S = 0.5;
 const FADES = 8;
 const STILL_MPS = 0.03; // of a robot that has nothing to do: less is the noise of its odometer
 
-export const colourOf = (name) => robotColour((store.get("hello")?.site.robots ?? []).findIndex((robot) => robot.name === name));
+export const colourOf = (name) => robotColour((store.get("hello")?.site.robots ?? []).map((robot) => robot.name), name ?? "");
 
 /** A fading line: a few pieces, each of one strength, are drawn much faster than a hundred. */
 export function drawTrail(g, surface, trail, now, colour) {

@@ -18,6 +18,15 @@ function pathLine(path) {
   return `${distance(path.length_m)} in ${path.duration_s.toFixed(1)} s · ${mean.toFixed(2)} m/s on average, ${fastest.toFixed(2)} at most · within ${pixels(path.deviation_px)} of your line`;
 }
 
+/** What a tool that needs to know the ground waits for; empty where it is known. */
+function waits(tool) {
+  const calibration = store.get("calibration");
+  if (!calibration || !["goal", "sketch"].includes(tool)) return "";
+  if (calibration.phase !== "off") return "Robots go to places when the calibration drive is over.";
+  if (calibration.status !== "calibrated") return "Robots go to places when the camera is calibrated. Until then they can be driven by hand.";
+  return "";
+}
+
 /** @param {{tools: object}} parts */
 export function contextLine({ tools }) {
   const { goal, sketch } = tools.all;
@@ -28,7 +37,7 @@ export function contextLine({ tools }) {
     const path = name === "sketch" ? pathOf(store.get("chosen")) : null;
     const busy = name === "sketch" && sketch.busy;
     const info = path && !busy;
-    setText(byId("hint"), busy ? "Smoothing …" : tools.current.hint());
+    setText(byId("hint"), busy ? "Smoothing …" : waits(name) || tools.current.hint());
     show(byId("hint"), !info || path.released);
     if (path?.released && !busy) setText(byId("hint"), "");
     show(byId("path-info"), Boolean(info));
@@ -56,7 +65,7 @@ export function contextLine({ tools }) {
   byId("goal-clear").addEventListener("click", () => goal.escape());
   byId("polygon-close").addEventListener("click", () => polygon()?.enter());
   byId("polygon-delete").addEventListener("click", () => polygon()?.remove());
-  store.on(["tool", "chosen", "paths", "discarded", "fences", "state"], draw);
+  store.on(["tool", "chosen", "paths", "discarded", "fences", "state", "calibration"], draw);
   draw();
   return draw;
 }
