@@ -33,8 +33,8 @@ FAR = (460.0, 580.0), (420.0, 330.0)  # where to go from above, and from below
 FRESH_S = 8.0
 COLOURS, GREY = 120, 100  # of each half of a palette; saturation between them
 LONG_LEG = (
-    "((c) => c.advice.includes('driving 0.') && c.leg_to_px && "
-    "Math.hypot(c.leg_to_px[0] - c.leg_from_px[0], c.leg_to_px[1] - c.leg_from_px[1]) > 90)"
+    "((c) => c.phase === 'running' && /driving|turning/.test(c.advice) && c.leg_to_px && "
+    "Math.hypot(c.leg_to_px[0] - c.leg_from_px[0], c.leg_to_px[1] - c.leg_from_px[1]) > 70)"
     "(airground.calibration)"
 )
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -65,12 +65,15 @@ def draw(page: Page, points: list[tuple[float, float]]) -> None:
     page.mouse.up()
 
 
-def waves(start: tuple[float, float], end: tuple[float, float], high: float) -> list[Any]:
+def waves(
+    start: tuple[float, float], end: tuple[float, float], high: float
+) -> list[tuple[float, float]]:
     """A sketch with two bends."""
     share = np.linspace(0, 1, 50)[:, None]
     a, b = np.array(start), np.array(end)
     across = np.array([-(b - a)[1], (b - a)[0]]) / np.hypot(*(b - a))
-    return (a + share * (b - a) + high * np.sin(2 * np.pi * share) * across).tolist()
+    line = a + share * (b - a) + high * np.sin(2 * np.pi * share) * across
+    return [(float(u), float(v)) for u, v in line]
 
 
 def uv_of(page: Page, robot: int) -> tuple[float, float]:
@@ -122,7 +125,7 @@ def take(page: Page) -> None:
     until(page, "controls?.you")
 
 
-def sketch(page: Page, robot: str, points: list[Any]) -> None:
+def sketch(page: Page, robot: str, points: list[tuple[float, float]]) -> None:
     """Draw a path for a robot; it is there when this returns."""
     before = page.evaluate(f"window.airground.paths.{robot}?.sketch ?? 0")
     page.get_by_test_id(f"robot-{robot}").click()
@@ -166,9 +169,9 @@ def main() -> None:
 
 def page_of(browser: Browser, size: tuple[int, int], **options: Any) -> Page:
     """A fresh page."""
-    viewport = {"width": size[0], "height": size[1]}
-    scheme = {"color_scheme": "dark"} | options
-    return browser.new_context(viewport=viewport, **scheme).new_page()
+    given: dict[str, Any] = {"color_scheme": "dark"} | options
+    given["viewport"] = {"width": size[0], "height": size[1]}
+    return browser.new_context(**given).new_page()
 
 
 def calibrate(page: Page) -> None:
@@ -176,7 +179,7 @@ def calibrate(page: Page) -> None:
     page.get_by_test_id("tab-calibrate").click()
     keep(page, "start")
     page.get_by_test_id("calibrate-guided").click()
-    until(page, f"calibration?.phase === 'running' && {LONG_LEG}")
+    until(page, f"calibration?.phase === 'good' || {LONG_LEG}")
     keep(page, "calibrating")
     until(page, "calibration.phase === 'good'")
     keep(page, "calibrated")

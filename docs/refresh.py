@@ -11,7 +11,20 @@ import tempfile
 from pathlib import Path
 
 DOCS = Path(__file__).parent
-COMMANDS = ("", "demo", "track", "identify", "calibrate", "inspect", "speed", "drive", "reproduce")
+COMMANDS = (
+    "",
+    "demo",
+    "serve",
+    "track",
+    "identify",
+    "calibrate",
+    "inspect",
+    "speed",
+    "drive",
+    "record",
+    "replay",
+    "reproduce",
+)
 
 
 def main() -> None:
