@@ -10,6 +10,7 @@ import subprocess
 import sys
 import urllib.error
 import urllib.request
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -21,6 +22,7 @@ from session_runs import known_calibration
 from waiting import until
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 SITE = """\
@@ -46,11 +48,17 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def start(*arguments: str) -> subprocess.Popen[str]:
+@contextmanager
+def start(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """Run it; nothing of it is left, however the test ends."""
     command = [sys.executable, "-m", "airground", *arguments]
-    return subprocess.Popen(
+    with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8"
-    )
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def first_line(process: subprocess.Popen[str]) -> dict[str, Any]:
@@ -68,15 +76,14 @@ def healthy(url: str) -> bool:
 
 
 def test_it_serves_records_and_ends_in_order(folder: Path) -> None:
-    process = start("serve", "--port", "0", "--json", "--site", "site.toml", "--record", "s.mcap")
-    try:
+    site = ("--site", "site.toml", "--record", "s.mcap")
+    with start("serve", "--port", "0", "--json", *site) as process:
         document = first_line(process)
         assert document["recording"] == "s.mcap"
         with urllib.request.urlopen(document["url"], timeout=30) as page:
             assert b"airground" in page.read()
-    finally:
         process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert err.splitlines()[-1] == "airground: interrupted"
     assert main(["replay", "s.mcap"]) == 0  # the file was closed
@@ -156,12 +163,10 @@ def test_a_camera_that_is_not_there_is_shown_not_fatal(folder: Path) -> None:
     )
     site = site.replace('link = "embedded"', 'link = "udp://127.0.0.1:9"')
     (folder / "site.toml").write_text(site, "utf-8")
-    process = start("serve", "--port", "0", "--json", "--site", "site.toml")
-    try:
+    with start("serve", "--port", "0", "--json", "--site", "site.toml") as process:
         url = first_line(process)["url"]
         until(lambda: healthy(url), 60)
         assert process.poll() is None
-    finally:
         os.kill(process.pid, signal.SIGTERM)
-    process.communicate(timeout=60)
+        process.communicate(timeout=60)
     assert process.returncode == 130
