@@ -120,12 +120,12 @@ def raw_velocity_covariance(
     c = np.broadcast_to(c, xy_dot.shape)
     if lens is None or k1_covariance is None:
         return ground_velocity_covariance(g, covariance, c, xy_dot)
-    D = np.moveaxis(image_velocity_gradient(g, c, xy_dot), -1, -2)  # (..., 6, 2)
+    D = image_velocity_gradient(g, c, xy_dot).swapaxes(-1, -2)  # (..., 6, 2)
     by_g = -ground_velocity(g, c[..., None, :], D)
     by_k1 = ground_velocity_by_k1(g, lens, uv, uv_dot)[..., None, :]
     each = np.concatenate([by_g, by_k1], axis=-2)  # (..., 7, 2)
     joint = joint_covariance(covariance, k1_covariance)
-    return np.asarray(np.swapaxes(each, -1, -2) @ joint @ each)
+    return np.asarray(each.swapaxes(-1, -2) @ joint @ each)
 
 
 def raw_relative_sigma(

@@ -69,8 +69,8 @@ def ground_velocity_covariance(
         NaN on the horizon.
     """
     D = image_velocity_gradient(g, uv, xy_dot)  # (..., 2, 6)
-    back = np.moveaxis(ground_velocity(g, uv[..., None, :], np.moveaxis(D, -1, -2)), -1, -2)
-    return np.asarray(back @ covariance @ np.moveaxis(back, -1, -2))
+    each = ground_velocity(g, uv[..., None, :], D.swapaxes(-1, -2))  # (..., 6, 2)
+    return np.asarray(each.swapaxes(-1, -2) @ covariance @ each)
 
 
 def relative_sigma(g: FloatArray, covariance: FloatArray, uv: FloatArray) -> float:
