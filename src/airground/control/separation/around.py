@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,6 +13,8 @@ from airground.geometry.arrays import FloatArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from airground.control.separation.fence import Fence
     from airground.control.separation.reach import ComplexArray, Fleet
@@ -82,7 +85,7 @@ def look_around(
     around : Around
         Nothing that is further away than robots look.
     """
-    i, j = np.triu_indices(len(robots.radius), 1)
+    i, j = _all_pairs(len(robots.radius))
     distance = np.abs(robots.at[j] - robots.at[i])
     touch = robots.radius[i] + robots.radius[j]
     least = float((distance - touch).min(initial=inf))
@@ -102,6 +105,14 @@ def look_around(
     return Around(pairs, walls, strays, passing, passing_dot, least)
 
 
+@lru_cache
+def _all_pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Each pair of robots once; the same arrays at each step."""
+    i, j = np.triu_indices(count, 1)
+    i.flags.writeable = j.flags.writeable = False
+    return i, j
+
+
 def strips(around: Around, seconds: FloatArray) -> Segments:
     """Ground that passers-by sweep while robots stop.
 
@@ -118,6 +129,8 @@ def strips(around: Around, seconds: FloatArray) -> Segments:
         From where each passer-by is now.
     """
     passing = around.passing
+    if not len(passing.who):
+        return passing
     return passing._replace(end=passing.start + around.passing_dot * seconds[passing.who])
 
 
@@ -143,12 +156,12 @@ def joined(*parts: Segments) -> Segments:
 def _walls(
     robots: Fleet, fence: Fence, own: FloatArray, reach: FloatArray
 ) -> tuple[Segments, Segments, float]:
-    xy = np.column_stack([robots.at.real, robots.at.imag])
+    xy = robots.at.view(np.float64).reshape(-1, 2)  # as x, y
     distance, clear = fence.look(xy)
     near = distance < (own + reach)[:, None]
     least = float((clear - robots.radius).min())
     strays = _nothing()
-    if (clear < 0).any():
+    if clear.min() < 0:
         who, points = [], []
         for k in np.flatnonzero(clear < 0).tolist():
             x, y = xy[k].tolist()
@@ -162,8 +175,7 @@ def _walls(
         label = np.full(len(who), -1)
         strays = Segments(np.array(who), at, at, np.full(len(who), _ALWAYS), label)
     which_robot, which = np.nonzero(near)
-    edges = fence.edges[which]
-    start, end = edges[:, 0, 0] + 1j * edges[:, 0, 1], edges[:, 1, 0] + 1j * edges[:, 1, 1]
+    start, end = fence.ends[:, which]
     label = -1 - fence.edge_kinds[which]
     return Segments(which_robot, start, end, own[which_robot], label), strays, least
 

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from airground.control.separation.qp import nearest
 from airground.control.separation.reach import Motion, dot
-from airground.control.separation.rows import segment_gap
+from airground.control.separation.rows import point_gap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -92,8 +92,9 @@ def desires(
         Whose aim is known.
     """
     bend = np.minimum(np.maximum(wanted.turn * courtesy.steer_s, -_SIDEWAYS), _SIDEWAYS)
-    course = np.exp(1j * (robots.theta + np.where(robots.omni, 0.0, bend)))
-    velocity = course * wanted.drive
+    if robots.any_omni:
+        bend = np.where(robots.omni, 0.0, bend)
+    velocity = robots.facing * np.exp(1j * bend) * wanted.drive
     if aims is None:
         return velocity, np.zeros(len(velocity), dtype=np.bool_)
     at = np.array([complex(nan, nan) if aim is None else complex(*aim) for aim in aims])
@@ -141,24 +142,28 @@ def give_way(
     rows = _half_planes(robots, velocity, around, courtesy, -1.0 if clockwise else 1.0)
     who, other, normal, bound = rows
     paired = len(other)
-    towards = dot(normal, velocity[who])
+    towards = dot(normal, velocity[who]) - bound
     towards[:paired] -= dot(normal[:paired], velocity[other])
-    if (towards <= bound + _LEAST).all():
+    if towards.max(initial=0.0) <= _LEAST:
         return wanted
 
     # each velocity along its course and across; what stands and wants to stand is moved less
-    idle = np.abs(velocity) < _IDLE
+    pace = np.abs(velocity)
+    idle = pace < _IDLE
     weight = np.where(idle, courtesy.idle_weight, 1.0)
-    ahead = velocity / np.maximum(np.abs(velocity), _IDLE)
-    course = np.where(idle, np.exp(1j * robots.theta), ahead).astype(np.complex128)
+    course: ComplexArray = np.where(idle, robots.facing, velocity / np.maximum(pace, _IDLE))
     count, at = len(weight), np.arange(len(who))
-    axes = (course / weight).astype(np.complex128)
-    matrix = np.zeros((len(who), 2 * count))
-    for offset, axis in ((0, axes), (count, np.asarray(1j * axes))):
-        matrix[at, offset + who] = dot(normal, axis[who])
-        matrix[at[:paired], offset + other] = -dot(normal[:paired], axis[other])
-    top = np.tile(robots.speed * weight, 2)
-    along = np.conj(course) * velocity * weight
+    axes = np.asarray(course / weight, dtype=np.complex128)
+    parted = np.zeros((len(who), 2, count))
+    # normal.axis, and that with the axis turned by a quarter: the parts of one product
+    parts = normal.conj() * axes[who]
+    parted[at, 0, who], parted[at, 1, who] = parts.real, -parts.imag
+    parts = normal[:paired].conj() * axes[other]
+    parted[at[:paired], 0, other], parted[at[:paired], 1, other] = -parts.real, parts.imag
+    matrix = parted.reshape(len(who), 2 * count)
+    speed = robots.speed * weight
+    top = np.concatenate([speed, speed])
+    along = course.conj() * velocity * weight
     want = np.concatenate([along.real, along.imag])
     found = nearest(want, -top, top, matrix, bound, softness=_SOFTNESS)
     if found is None:
@@ -173,36 +178,60 @@ def _half_planes(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], ComplexArray, FloatArray]:
     """Bounds on velocities along normals: relative ones of pairs, then those of robots alone."""
     (i, j, apart), walls, passing = around.pairs, around.walls, around.passing
-    who = np.concatenate([i, passing.who])
-    way = np.concatenate([robots.at[j], passing.start]) - robots.at[who]
-    theirs = np.concatenate([velocity[j], around.passing_dot])
-    keep = np.concatenate([apart, passing.apart]) + courtesy.extra_m
-    normal, bound, aside, least = _cones(way, velocity[who] - theirs, keep, courtesy, hand)
-    slides = least < 0
-    paired = np.arange(len(who)) < len(i)
-    picks = [(paired, None), (paired & slides, slides)]
-    picks += [(~paired, None), (~paired & slides, slides)]
-    blocks = []
-    for pick, sliding in picks:
-        n, b = (normal, bound) if sliding is None else (aside, least)
-        alone = np.where(paired, 0.0, dot(n, theirs))
-        blocks.append((who[pick], n[pick], (b + alone)[pick]))
-    other = np.concatenate([j, j[slides[: len(j)]]])
+    blocks, other = [], j
+    if len(i):
+        cones = _cones(
+            robots.at[j] - robots.at[i],
+            velocity[i] - velocity[j],
+            apart + courtesy.extra_m,
+            courtesy,
+            hand,
+        )
+        slides = cones.slide < 0
+        blocks.append((i, cones.normal, cones.bound))
+        if slides.any():
+            blocks.append((i[slides], cones.aside[slides], cones.slide[slides]))
+            other = np.concatenate([j, j[slides]])
+    if len(passing.who):
+        theirs = around.passing_dot
+        cones = _cones(
+            passing.start - robots.at[passing.who],
+            velocity[passing.who] - theirs,
+            passing.apart + courtesy.extra_m,
+            courtesy,
+            hand,
+        )
+        slides = cones.slide < 0
+        blocks.append((passing.who, cones.normal, cones.bound + dot(cones.normal, theirs)))
+        least = cones.slide + dot(cones.aside, theirs)
+        blocks.append((passing.who[slides], cones.aside[slides], least[slides]))
     if len(walls.who):
-        at = robots.at[walls.who]
-        gap, facing = segment_gap(at, at, walls.start, walls.end)
+        gap, facing = point_gap(robots.at[walls.who], walls.start, walls.end)
         blocks.append((walls.who, facing, np.maximum(gap - walls.apart, 0.0) / courtesy.settle_s))
+    if not blocks:
+        return j, j, velocity[j], apart  # all of them empty
     who, normal, bound = (np.concatenate(part) for part in zip(*blocks, strict=True))
     return who, other, normal, bound
 
 
+class _Cones(NamedTuple):
+    """Half-planes normal.closing <= bound for relative velocities."""
+
+    normal: ComplexArray
+    bound: FloatArray
+    aside: ComplexArray
+    """The normal that makes them go round each other; it counts where `slide` is negative."""
+
+    slide: FloatArray
+
+
 def _cones(
     way: ComplexArray, closing: ComplexArray, apart: FloatArray, courtesy: Courtesy, hand: float
-) -> tuple[ComplexArray, FloatArray, ComplexArray, FloatArray]:
-    """Half-planes normal.closing <= bound for relative velocities: not to meet, and to go round each other."""
+) -> _Cones:
+    """Bounds on relative velocities: not to meet, and to go round each other."""
     distance = np.maximum(np.abs(way), 1e-9)
     unit = way / distance
-    relative = np.conj(unit) * closing  # along the way, plus i times to its left
+    relative = unit.conj() * closing  # along the way, plus i times to its left
     sine = np.minimum(apart / distance, 1.0)
     miss = hand * relative.imag / np.maximum(np.abs(closing) * sine, 1e-9)  # of what is to be kept
     turn = np.where(miss < courtesy.right, hand, -hand)
@@ -213,7 +242,7 @@ def _cones(
     bound = np.where(steer, 0.0, np.maximum(reach, 0.0) / courtesy.settle_s)
     near = np.minimum(np.maximum(1.0 - reach / courtesy.slide_m, 0.0), 1.0)
     meet = np.where(np.abs(miss) < 1.0, np.maximum(relative.real, 0.0), 0.0)
-    return normal, bound, 1j * turn * unit, -courtesy.slide * near * meet
+    return _Cones(normal, bound, 1j * turn * unit, -courtesy.slide * near * meet)
 
 
 def _steered(
@@ -225,26 +254,31 @@ def _steered(
 ) -> Motion:
     """What brings robots to other velocities than those desired, the less the nearer they are to them."""
     velocity, aimed = desire
-    facing = np.exp(-1j * robots.theta)
-    old, new = facing * velocity, facing * planar  # ahead, plus i times to the left
     idle = np.abs(velocity) < _IDLE
-    back = np.where(idle, (new.real < 0) & (robots.reverse > 0), wanted.drive.real < 0)
+    back = wanted.drive.real < 0
+    if idle.any():
+        towards = dot(robots.facing, planar)
+        back = np.where(idle, (towards < 0) & (robots.reverse > 0), back)
     side = np.where(back, -1.0, 1.0)  # what reverses steers by its back
-    old, new = old * side, new * side
-    ahead = np.maximum(new.real, 0.0)
+    front = robots.facing.conj() * side
+    old, new = front * velocity, front * planar  # ahead, plus i times to the left
+    ahead, angle = np.maximum(new.real, 0.0), np.arctan2(new.imag, new.real)
     gain = ahead - np.maximum(old.real, 0.0)
     pace = np.where(idle, ahead, np.maximum(np.abs(wanted.drive) + gain, 0.0))
-    turn = np.where(idle, np.angle(new), np.angle(new * np.conj(old))) / steer_s
-    turn += np.where(idle, 0.0, wanted.turn)
-    drive = np.where(robots.omni, new * side, side * pace)
-    turn = np.where(robots.omni, wanted.turn, turn)
+    bent = new * old.conj()
+    bend = np.arctan2(bent.imag, bent.real)
+    turn = np.where(idle, angle / steer_s, bend / steer_s + wanted.turn)
+    drive: ComplexArray = (side * pace).astype(np.complex128)
+    if robots.any_omni:
+        drive = np.where(robots.omni, new * side, drive)
+        turn = np.where(robots.omni, wanted.turn, turn)
     off = np.abs(planar - velocity)
     part = np.where(off > _LEAST, 1.0, 0.0)
     # a known aim is a better guide than the command, which may have slowed down only to turn
     known = aimed & ~robots.omni & ~idle
     part = np.where(known, np.minimum(off / (_FULL * robots.speed), 1.0), part)
     drive = np.where(known, ahead, drive)
-    turn = np.where(known, np.angle(new) / steer_s, turn)
+    turn = np.where(known, angle / steer_s, turn)
     return Motion(
         wanted.drive + part * (drive - wanted.drive), wanted.turn + part * (turn - wanted.turn)
     )

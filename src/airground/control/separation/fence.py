@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from airground.control.floor import Floor
-from airground.control.separation.fence_region import Region, edge_distances, ray_crossings
+from airground.control.separation.fence_region import EdgeTable, Region
 from airground.errors import InputError
 from airground.geometry.arrays import FloatArray, points, readonly
 
@@ -73,6 +73,12 @@ class Fence:
     edge_kinds: NDArray[np.intp] = field(init=False, repr=False)
     """(E,). Which of `kinds` they are."""
 
+    ends: NDArray[np.complex128] = field(init=False, repr=False)
+    """(2, E) [m]. Starts, then ends of `edges`, as x + iy."""
+
+    _table: EdgeTable = field(init=False, repr=False)
+    """Of `edges`."""
+
     _view: tuple[float, float, float] | None = field(init=False, repr=False)
     """Line on the ground below the camera: nx x + ny y + c is the distance to it on the visible side."""
 
@@ -100,6 +106,10 @@ class Fence:
         ]
         edges = readonly(np.concatenate(parts), (None, 2, 2), "edges")
         object.__setattr__(self, "edges", edges)
+        ends = (edges[..., 0] + 1j * edges[..., 1]).T.copy()
+        ends.flags.writeable = False
+        object.__setattr__(self, "ends", ends)
+        object.__setattr__(self, "_table", EdgeTable.of(edges))
         kinds = np.repeat(np.arange(3), [len(part) for part in parts])
         kinds.flags.writeable = False
         object.__setattr__(self, "edge_kinds", kinds)
@@ -152,8 +162,7 @@ class Fence:
         clearance : (N,) array [m]
             As `clearance` gives it.
         """
-        distance = edge_distances(self.edges, xy)
-        crosses = ray_crossings(self.edges, xy)
+        distance, crosses = self._table.look(xy)
         clear = np.full(len(xy), np.inf)
         begin = 0
         for region, sign in ((self.fence, 1.0), (self.obstacles, -1.0)):

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import inf, nan, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from airground.geometry.arrays import FloatArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Region", "edge_distances", "ray_crossings"]
+__all__ = ["EdgeTable", "Region"]
 
 _CHUNK = 1_000_000  # points times edges held at once
 
@@ -79,8 +80,8 @@ class Region:
         return np.concatenate(found).reshape(points.shape[:-1])
 
     def _signed(self, xy: FloatArray) -> FloatArray:
-        distance = edge_distances(self.edges, xy).min(axis=1)
-        inside = ray_crossings(self.edges, xy).sum(axis=1) % 2 == 1
+        each, crosses = EdgeTable.of(self.edges).look(xy)
+        distance, inside = each.min(axis=1), crosses.sum(axis=1) % 2 == 1
         return np.asarray(np.where(inside, distance, -distance))
 
     def nearest(self, x: float, y: float) -> tuple[float, float, float, float, float]:
@@ -123,48 +124,68 @@ class Region:
         return signed, near_x, near_y, (x - near_x) / signed, (y - near_y) / signed
 
 
-def edge_distances(edges: FloatArray, xy: FloatArray) -> FloatArray:
-    """Distance of points to edges.
+class EdgeTable(NamedTuple):
+    """What distances from edges need of them, worked out once."""
 
-    Parameters
-    ----------
-    edges : (E, 2, 2) array [m]
-        Start and end of each.
-    xy : (N, 2) array [m]
-        Points.
+    start_x: FloatArray
+    """(E,) [m]."""
 
-    Returns
-    -------
-    distance : (N, E) array [m]
-        Of each to each.
-    """
-    start, step = edges[:, 0], edges[:, 1] - edges[:, 0]
-    x, y = xy[:, :1] - start[:, 0], xy[:, 1:] - start[:, 1]
-    dx, dy = step[:, 0], step[:, 1]
-    share = (x * dx + y * dy) / (dx * dx + dy * dy)
-    share = np.minimum(np.maximum(share, 0.0), 1.0)
-    return np.asarray(np.hypot(x - share * dx, y - share * dy))
+    start_y: FloatArray
+    """(E,) [m]."""
 
+    step_x: FloatArray
+    """(E,) [m]. From start to end."""
 
-def ray_crossings(edges: FloatArray, xy: FloatArray) -> np.ndarray:
-    """Which edges the ray along x crosses from each point: an odd number of a ring's, for points inside.
+    step_y: FloatArray
+    """(E,) [m]. From start to end."""
 
-    Parameters
-    ----------
-    edges : (E, 2, 2) array [m]
-        Start and end of each.
-    xy : (N, 2) array [m]
-        Points.
+    end_y: FloatArray
+    """(E,) [m]."""
 
-    Returns
-    -------
-    crosses : (N, E) array of bool
-        False for NaN.
-    """
-    (ax, ay), (bx, by) = edges[:, 0].T, edges[:, 1].T
-    x, y = xy[:, :1], xy[:, 1:]
-    slope = (bx - ax) / np.where(by == ay, 1.0, by - ay)
-    return np.asarray(((ay > y) != (by > y)) & (x - ax < (y - ay) * slope))
+    square: FloatArray
+    """(E,) [m^2]. Of the length."""
+
+    slope: FloatArray
+    """(E,). Change of x with y; any number where y does not change."""
+
+    @classmethod
+    def of(cls, edges: FloatArray) -> EdgeTable:
+        """Work it out.
+
+        Parameters
+        ----------
+        edges : (E, 2, 2) array [m]
+            Start and end of each.
+
+        Returns
+        -------
+        table : EdgeTable
+            Of them.
+        """
+        (ax, ay), (bx, by) = edges[:, 0].T.copy(), edges[:, 1].T.copy()
+        dx, dy = bx - ax, by - ay
+        return cls(ax, ay, dx, dy, by, dx * dx + dy * dy, dx / np.where(dy == 0, 1.0, dy))
+
+    def look(self, xy: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Distances of points to edges, and which edges the ray along x crosses from each point.
+
+        Parameters
+        ----------
+        xy : (N, 2) array [m]
+            Points.
+
+        Returns
+        -------
+        distance : (N, E) array [m]
+            Of each to each.
+        crosses : (N, E) array of bool
+            An odd number of a ring's for points inside; False for NaN.
+        """
+        ax, ay, dx, dy, by, square, slope = self
+        x, y = xy[:, :1] - ax, xy[:, 1:] - ay
+        crosses = ((y < 0) != (xy[:, 1:] < by)) & (x < y * slope)
+        share = np.minimum(np.maximum((x * dx + y * dy) / square, 0.0), 1.0)
+        return np.hypot(x - share * dx, y - share * dy), crosses
 
 
 def _rings(shape: Any) -> list[FloatArray]:

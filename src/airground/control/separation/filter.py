@@ -140,9 +140,8 @@ class SeparationFilter:
         told = [(c.v + 1j * c.lateral, c.omega) if c.finite else (0j, 0.0) for c in wanted]
         drives, turns = zip(*told, strict=True)
         asked = within(robots, Motion(np.array(drives), np.array(turns)))
-        plain = target = reachable(robots, asked, dt)
         brake = braked(robots, dt)
-        pace = np.maximum(np.abs(robots.motion.drive), robots.speed)
+        pace = np.maximum(robots.pace, robots.speed)
         stopping = 2 * dt + self.reaction_s + (pace + robots.gain * dt) / robots.loss
         polite = self.courtesy or Courtesy(horizon_s=0.0, settle_s=0.0)
         around = look_around(
@@ -154,27 +153,29 @@ class SeparationFilter:
             reach=pace * np.maximum(stopping, max(self.passing_s, polite.horizon_s)),
             wall_reach=pace * np.maximum(stopping, polite.settle_s),
         )
+        steered = asked
         if self.courtesy is not None:
             desire = desires(robots, asked, aims, self.courtesy)
             steered = give_way(
                 robots, asked, desire, around, courtesy=self.courtesy, clockwise=self.clockwise
             )
-            target = plain if steered is asked else reachable(robots, steered, dt)
+        both = Motion(np.array([asked.drive, steered.drive]), np.array([asked.turn, steered.turn]))
+        plain, target = map(Motion, *reachable(robots, both, dt))
 
         base = stop_after(robots, brake, dt, self.reaction_s)
         ahead = strips(around, np.maximum(stopping, self.passing_s))
         beside = joined(around.walls, around.strays, strips(around, stopping), ahead)
         rows = gather(base, around.pairs, beside)
-        late = rows.room[len(rows.room) - len(ahead.who) :]
-        late[late < 0] = _OPEN  # who is in the way of a passer-by may cross it
+        if len(ahead.who):
+            late = rows.room[-len(ahead.who) :]
+            late[late < 0] = _OPEN  # who is in the way of a passer-by may cross it
         gamma = 1.0 if self.settle_s == 0 else 1.0 - exp(-dt / self.settle_s)
         chosen, tight, solved = certain(
             robots, brake, target, rows, dt=dt, reaction_s=self.reaction_s, gamma=gamma
         )
         trouble = "" if solved else "the solver gave no answer: robots near something brake"
         why = _why(rows, np.flatnonzero(tight), len(bodies))
-        cut = _off(robots, chosen, target)
-        changed = _off(robots, chosen, plain)
+        cut, changed = _off(robots, chosen, target), _off(robots, chosen, plain)
         answers = []
         for k, (drive, turn) in enumerate(zip(*(part.tolist() for part in chosen), strict=True)):
             reason = ""
@@ -188,7 +189,7 @@ class SeparationFilter:
 
 def _off(robots: Fleet, chosen: Motion, other: Motion) -> list[float]:
     """How far motions differ [m/s], turn rates counted at the rim."""
-    rim = robots.radius * np.abs(chosen.turn - other.turn)
+    rim = np.abs(robots.radius * (chosen.turn - other.turn))
     off: list[float] = np.maximum(np.abs(chosen.drive - other.drive), rim).tolist()
     return off
 
@@ -196,9 +197,12 @@ def _off(robots: Fleet, chosen: Motion, other: Motion) -> list[float]:
 def _why(rows: Rows, tight: NDArray[np.intp], count: int) -> list[str]:
     """What keeps each robot from doing as it shall; the nearest has the last word."""
     why = [""] * count
-    for row in tight[np.argsort(-rows.room[tight])].tolist():
-        first, label = int(rows.who[row]), int(rows.label[row])
-        says = "keeps clear of" if rows.room[row] >= 0 else "may only move away from"
+    if not len(tight):
+        return why
+    each = zip(*(part[tight].tolist() for part in (rows.room, rows.who, rows.label)), strict=True)
+    nearest_last = sorted(zip(tight.tolist(), each, strict=True), key=lambda one: -one[1][0])
+    for row, (room, first, label) in nearest_last:
+        says = "keeps clear of" if room >= 0 else "may only move away from"
         if row < len(rows.other):
             why[first], why[label] = f"{says} robot {label}", f"{says} robot {first}"
         elif label <= PASSERBY:
@@ -210,7 +214,8 @@ def _why(rows: Rows, tight: NDArray[np.intp], count: int) -> list[str]:
 
 def _lost(bodies: Sequence[Body], passersby: Sequence[Passerby]) -> str:
     for k, body in enumerate(bodies):
-        if not all(map(isfinite, (*body.xy, body.theta, body.v, body.omega, body.lateral))):
+        x, y = body.xy
+        if not isfinite(x + y + body.theta + body.v + body.omega + body.lateral):
             return f"nobody knows where robot {k} is or how it moves"
     for k, other in enumerate(passersby):
         if not all(map(isfinite, (*other.xy, *other.xy_dot))):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,18 +51,16 @@ def nearest(
 
     count = len(wanted)
     sense = np.zeros(count + len(bounds), dtype=np.int32)
+    above, below = np.empty(len(sense)), np.empty(len(sense))
+    above[:count], above[count:] = upper, bounds
+    below[:count], below[count:] = lower, -_NONE
     settings = {}
     if softness is not None:
         sense[count:] = _SOFT
         settings["rho_soft"] = softness
-    x, _, flag, _ = daqp.solve(
-        np.eye(count),
-        -np.asarray(wanted),
-        np.ascontiguousarray(rows),
-        np.concatenate([upper, bounds]),
-        np.concatenate([lower, np.full(len(bounds), -_NONE)]),
-        sense,
-        **settings,
-    )
-    x = np.asarray(x, dtype=np.float64)
-    return np.clip(x, lower, upper) if flag > 0 and np.isfinite(x).all() else None
+    rows = np.ascontiguousarray(rows)
+    x, _, flag, _ = daqp.solve(np.eye(count), -wanted, rows, above, below, sense, **settings)
+    if not (flag > 0 and isfinite(sum(x.tolist()))):
+        return None
+    inside: FloatArray = np.minimum(np.maximum(x, lower), upper)
+    return inside

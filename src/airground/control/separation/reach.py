@@ -93,6 +93,18 @@ class Fleet(NamedTuple):
     bend: FloatArray
     """(N,) [1/m]. Largest curvature that can be driven; infinite for what is no car."""
 
+    facing: ComplexArray
+    """(N,). Unit vectors along the headings."""
+
+    pace: FloatArray
+    """(N,) [m/s]. How fast they move now."""
+
+    any_omni: bool
+    """Whether one of them drives sideways."""
+
+    any_car: bool
+    """Whether one of them is a car."""
+
 
 class Stadium(NamedTuple):
     """Ground that robots need, their own discs left out."""
@@ -121,7 +133,8 @@ class Stadium(NamedTuple):
         extent : (..., M) array [m]
             Largest of normal.p over it.
         """
-        near, far = dot(normal, self.start[..., who]), dot(normal, self.end[..., who])
+        along = normal.conj()
+        near, far = (along * self.start[..., who]).real, (along * self.end[..., who]).real
         return np.asarray(np.maximum(near, far) + self.wide[..., who])
 
 
@@ -138,7 +151,7 @@ def dot(a: ComplexArray, b: ComplexArray) -> FloatArray:
     product : (...) array
         Real part of conj(a) b.
     """
-    return np.asarray(a.real * b.real + a.imag * b.imag)
+    return np.asarray((a.conj() * b).real)
 
 
 def fleet(bodies: Sequence[Body]) -> Fleet:
@@ -165,7 +178,11 @@ def fleet(bodies: Sequence[Body]) -> Fleet:
         )
     x, y, theta, v, lateral, omega, radius, sigma, omni, *limits = np.array(rows).T
     motion = Motion(v + 1j * lateral, omega)
-    return Fleet(x + 1j * y, theta, motion, radius, sigma, omni > 0, *limits)
+    facing, pace = np.exp(1j * theta), np.abs(motion.drive)
+    any_omni = any(b.omnidirectional for b in bodies)
+    any_car = any(b.limits.turn_radius_m > 0 for b in bodies)
+    numbers = (*limits, facing, pace, any_omni, any_car)
+    return Fleet(x + 1j * y, theta, motion, radius, sigma, omni > 0, *numbers)
 
 
 def braked(robots: Fleet, dt: float) -> Motion:
@@ -183,11 +200,11 @@ def braked(robots: Fleet, dt: float) -> Motion:
     motion : Motion
         Slower, in the same direction; a car keeps to its turn radius.
     """
-    drive, turn = robots.motion
-    pace = np.abs(drive)
+    (drive, turn), pace = robots.motion, robots.pace
     left = np.maximum(pace - robots.loss * dt, 0.0)
     rate = np.maximum(np.abs(turn) - robots.turn_gain * dt, 0.0)
-    rate = np.minimum(rate, _curving(robots, left))
+    if robots.any_car:
+        rate = np.minimum(rate, _curving(robots, left))
     return Motion(drive * (left / np.maximum(pace, 1e-12)), np.copysign(rate, turn))
 
 
@@ -199,7 +216,7 @@ def reachable(robots: Fleet, wanted: Motion, dt: float) -> Motion:
     robots : Fleet
         As they move now.
     wanted : Motion
-        What they shall do.
+        What they shall do; leading axes for alternatives.
     dt : float [s]
         The step.
 
@@ -213,20 +230,23 @@ def reachable(robots: Fleet, wanted: Motion, dt: float) -> Motion:
     up, down = robots.gain * dt, robots.loss * dt
     low = np.where(v > 0, np.maximum(v - down, 0.0), v - up)
     high = np.where(v < 0, np.minimum(v + down, 0.0), v + up)
-    drive = np.minimum(np.maximum(goal.drive.real, low), high).astype(np.complex128)
-    if robots.omni.any():
+    speed = np.minimum(np.maximum(goal.drive.real, low), high)
+    drive, pace = speed.astype(np.complex128), np.abs(speed)
+    if robots.any_omni:
         change = goal.drive - robots.motion.drive
-        slows = np.abs(robots.motion.drive) > np.abs(goal.drive)
+        slows = robots.pace > np.abs(goal.drive)
         most = np.where(slows, down, np.minimum(up, down))
         change = change * np.minimum(1.0, most / np.maximum(np.abs(change), 1e-12))
         drive = np.where(robots.omni, robots.motion.drive + change, drive)
-    most = _most_turn(robots, np.abs(drive))
+        pace = np.abs(drive)
+    most = _most_turn(robots, pace)
     step = robots.turn_gain * dt
     turn = np.minimum(np.maximum(wanted.turn, -most), most)
     turn = np.minimum(np.maximum(turn, omega - step), omega + step)
-    # a car that slows down with its wheels turned cannot but turn less
-    most = _curving(robots, np.abs(drive))
-    return Motion(drive, np.minimum(np.maximum(turn, -most), most))
+    if robots.any_car:  # one that slows down with its wheels turned cannot but turn less
+        most = _curving(robots, pace)
+        turn = np.minimum(np.maximum(turn, -most), most)
+    return Motion(drive, turn)
 
 
 def within(robots: Fleet, wanted: Motion) -> Motion:
@@ -244,19 +264,20 @@ def within(robots: Fleet, wanted: Motion) -> Motion:
     motion : Motion
         No lateral speed for what has none.
     """
-    drive = np.minimum(np.maximum(wanted.drive.real, -robots.reverse), robots.speed)
-    drive = drive.astype(np.complex128)
-    if robots.omni.any():
-        pace = np.abs(wanted.drive)
-        slowed = wanted.drive * np.minimum(1.0, robots.speed / np.maximum(pace, 1e-12))
+    speed = np.minimum(np.maximum(wanted.drive.real, -robots.reverse), robots.speed)
+    drive, pace = speed.astype(np.complex128), np.abs(speed)
+    if robots.any_omni:
+        fast = np.maximum(np.abs(wanted.drive), 1e-12)
+        slowed = wanted.drive * np.minimum(1.0, robots.speed / fast)
         drive = np.where(robots.omni, slowed, drive)
-    most = _most_turn(robots, np.abs(drive))
+        pace = np.abs(drive)
+    most = _most_turn(robots, pace)
     return Motion(drive, np.minimum(np.maximum(wanted.turn, -most), most))
 
 
 def _most_turn(robots: Fleet, pace: FloatArray) -> FloatArray:
     fast = np.minimum(robots.turn, robots.sideways / np.maximum(pace, 1e-9))
-    return np.minimum(fast, _curving(robots, pace))
+    return np.minimum(fast, _curving(robots, pace)) if robots.any_car else fast
 
 
 def _curving(robots: Fleet, pace: FloatArray) -> FloatArray:
@@ -285,14 +306,14 @@ def stop_after(robots: Fleet, motion: Motion, dt: float, reaction_s: float) -> S
     """
     (old, old_turn), (new, new_turn) = robots.motion, motion
     pace, rate = np.abs(new), np.abs(new_turn)
-    mean = np.where(pace <= np.abs(old), (old + new) / 2, new) * dt
+    mean = np.where(pace <= robots.pace, (old + new) / 2, new) * dt
     turned = np.where(rate <= np.abs(old_turn), (old_turn + new_turn) / 2, new_turn) * dt
     half = np.exp(0.5j * turned)
-    middle = half * np.exp(1j * robots.theta)
+    middle = half * robots.facing
     start = robots.at + mean * middle
     time = reaction_s + pace / (2 * robots.loss)
     turns = rate * (reaction_s + rate / (2 * robots.turn_gain))
-    if robots.omni.any():
+    if robots.any_omni:
         # wheels that brake each for itself bend the way of what drives sideways
         v, lateral = np.abs(new.real), np.abs(new.imag)
         turns = turns + v * lateral * np.abs(v - lateral) / np.maximum(pace, 1e-9) ** 3

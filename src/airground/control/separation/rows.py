@@ -31,7 +31,7 @@ from airground.geometry.arrays import FloatArray
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["Pairs", "Rows", "Segments", "certain", "gather", "segment_gap"]
+__all__ = ["Pairs", "Rows", "Segments", "certain", "gather", "point_gap", "segment_gap"]
 
 Indices = NDArray[np.intp]
 
@@ -90,24 +90,33 @@ class Rows(NamedTuple):
     label: Indices
     """(M,). The other robot, or the caller's label."""
 
+    concerned: Indices
+    """(M + P,). Whom a row moves: the first robots of all rows, then the others."""
+
+    towards: ComplexArray
+    """(M + P,). Unit vectors along which each of those comes nearer."""
+
+    braked: FloatArray
+    """(M + P,) [m]. How far each of those reaches along them if it brakes."""
+
     def approach(self, needed: Stadium) -> tuple[FloatArray, FloatArray]:
         """How much nearer motions bring robots than braking.
 
         Parameters
         ----------
         needed : Stadium
-            (S, N): after braking, then after S - 1 other motions.
+            (..., N): after those motions.
 
         Returns
         -------
-        first : (S - 1, M) array [m]
+        first : (..., M) array [m]
             Shares of the first robots, 0 or more.
-        second : (S - 1, P) array [m]
+        second : (..., P) array [m]
             Shares of the others.
         """
-        first = needed.extent(self.who, self.normal)
-        second = needed.extent(self.other, -self.normal[: len(self.other)])
-        return np.maximum(first[1:] - first[0], 0.0), np.maximum(second[1:] - second[0], 0.0)
+        share = np.maximum(needed.extent(self.concerned, self.towards) - self.braked, 0.0)
+        count = len(self.who)
+        return share[..., :count], share[..., count:]
 
 
 def gather(base: Stadium, pairs: Pairs, others: Segments) -> Rows:
@@ -133,7 +142,11 @@ def gather(base: Stadium, pairs: Pairs, others: Segments) -> Rows:
     end = np.concatenate([base.end[j], others.end])
     keep = np.concatenate([apart + base.wide[j], others.apart]) + base.wide[who]
     gap, normal = segment_gap(base.start[who], base.end[who], start, end)
-    return Rows(who, j, normal, gap - keep, np.concatenate([j, others.label]))
+    concerned = np.concatenate([who, j])
+    towards = np.concatenate([normal, -normal[: len(j)]])
+    label = np.concatenate([j, others.label])
+    braked = base.extent(concerned, towards)
+    return Rows(who, j, normal, gap - keep, label, concerned, towards, braked)
 
 
 def certain(
@@ -178,27 +191,25 @@ def certain(
     paired, count = len(rows.other), len(robots.radius)
     room = gamma * np.maximum(rows.room, 0.0)
 
-    def nearer(
-        drives: list[ComplexArray], turns: list[FloatArray]
-    ) -> tuple[FloatArray, FloatArray]:
-        motions = Motion(np.stack([brake.drive, *drives]), np.stack([brake.turn, *turns]))
+    def nearer(motions: Motion) -> tuple[FloatArray, FloatArray]:
         return rows.approach(stop_after(robots, motions, dt, reaction_s))
 
     def over(first: FloatArray, second: FloatArray, slip: float) -> NDArray[np.bool_]:
-        total = first.copy()
+        total = first - slip
         total[:paired] += second
-        return np.asarray(total > room + slip)
+        return np.asarray(total > room)
 
     # T, then its velocity alone, then its turn rate alone
-    drives = [target.drive, target.drive, brake.drive]
-    first, second = nearer(drives, [target.turn, brake.turn, target.turn])
+    drives = np.array([target.drive, target.drive, brake.drive])
+    turns = np.array([target.turn, brake.turn, target.turn])
+    first, second = nearer(Motion(drives, turns))
     tight = over(first[0], second[0], _TOUCH)
     if not tight.any():
         return target, tight, True
 
     # lambda in [0, 1] from B to T, of the velocity, then of the turn rate, times the size of that change
     change = Motion(target.drive - brake.drive, target.turn - brake.turn)
-    size = np.concatenate([np.abs(change.drive), robots.radius * np.abs(change.turn)])
+    size = np.concatenate([np.abs(change.drive), np.abs(robots.radius * change.turn)])
     matrix = np.zeros((len(rows.who), 2 * count))
     at = np.arange(len(rows.who))
     for k, offset in ((1, 0), (2, count)):
@@ -206,20 +217,20 @@ def certain(
         matrix[at[:paired], offset + rows.other] = second[k]
     counts = matrix.sum(axis=1) > room  # others hold all over the box
     matrix, bounds = matrix[counts], room[counts]
-    if not np.isinf(robots.bend).all():
+    if robots.any_car:
         cars, car_bounds = _cars(robots, brake, target)
         matrix, bounds = np.concatenate([matrix, cars]), np.concatenate([bounds, car_bounds])
-    scale = np.where(size > 0, 1.0 / np.maximum(size, 1e-12), 0.0)
+    moves = size > 0
+    scale = np.where(moves, 1.0 / np.maximum(size, 1e-12), 0.0)
     found = solve(size, np.zeros(2 * count), size, matrix * scale, bounds)
     solved = found is not None
-    share = np.where(size > 0, 1.0 if found is None else found * scale, 0.0).reshape(2, count)
+    share = np.where(moves, 1.0 if found is None else found * scale, 0.0).reshape(2, count)
     if not solved:
         share[:, _concerned(rows, tight, count)] = 0.0
 
     for attempt in range(count + _HALVINGS + 1):
         drive, turn = brake.drive + share[0] * change.drive, brake.turn + share[1] * change.turn
-        first, second = nearer([drive], [turn])
-        bad = over(first[0], second[0], _SLIP)
+        bad = over(*nearer(Motion(drive, turn)), _SLIP)
         if not bad.any():
             break
         share[:, _concerned(rows, bad, count)] *= 0.5 if attempt < _HALVINGS else 0.0
@@ -268,17 +279,19 @@ def segment_gap(
     normal : (M,) complex array
         Unit vector from the first to the second; where they meet, from `a` to what is nearest to it of the second.
     """
-    ab, cd = b - a, d - c
-    step = np.stack([ab, ab, cd, cd])
-    rel = np.stack([c - a, d - a, a - c, b - c])
-    share = dot(rel, step) / np.maximum(dot(step, step), 1e-30)
+    # of each segment and the ends of the other: both of the second from the first, both of the first from the second
+    origin = np.array([a, a, c, c])
+    step = np.array([b, b, d, d]) - origin
+    rel = np.array([c, d, a, b]) - origin
+    share = dot(step, rel) / np.maximum(dot(step, step), 1e-30)
     away = rel - np.minimum(np.maximum(share, 0.0), 1.0) * step  # from the segment to the point
     away[2:] *= -1.0  # from the first to the second
     length = np.abs(away)
     best, at = length.argmin(axis=0), np.arange(len(a))
     gap, normal = length[best, at], away[best, at]
-    ac, ad, ca, cb = rel
-    meet = (_cross(ab, ac) * _cross(ab, ad) < 0) & (_cross(cd, ca) * _cross(cd, cb) < 0)
+    # no complex product here, as that may leave something of 0 where all lie on one line
+    side = step.real * rel.imag - step.imag * rel.real
+    meet = (side[0::2] * side[1::2] < 0).all(axis=0)  # each has the other's ends on both sides
     lost = meet | (gap < _TOUCH)
     if lost.any():
         gap = np.where(lost, 0.0, gap)
@@ -288,5 +301,30 @@ def segment_gap(
     return gap, np.where(size > 0, normal / np.maximum(size, 1e-30), 1.0)
 
 
-def _cross(a: ComplexArray, b: ComplexArray) -> FloatArray:
-    return np.asarray(a.real * b.imag - a.imag * b.real)
+def point_gap(p: ComplexArray, c: ComplexArray, d: ComplexArray) -> tuple[FloatArray, ComplexArray]:
+    """Distance of points from segments, and its direction.
+
+    Parameters
+    ----------
+    p : (M,) complex array [m]
+        Points.
+    c, d : (M,) complex array [m]
+        Ends of the segments.
+
+    Returns
+    -------
+    gap : (M,) array [m]
+        0 on the segment.
+    normal : (M,) complex array
+        Unit vector from the point to the segment; from a point on it to its middle.
+    """
+    rel, step = c - p, d - c
+    share = -dot(step, rel) / np.maximum(dot(step, step), 1e-30)
+    normal = rel + np.minimum(np.maximum(share, 0.0), 1.0) * step
+    gap = np.abs(normal)
+    touch = gap < _TOUCH
+    if touch.any():
+        normal = np.where(touch, rel + step / 2, normal)
+        gap = np.where(touch, 0.0, gap)
+    size = np.abs(normal)
+    return gap, np.where(size > 0, normal / np.maximum(size, 1e-30), 1.0)
