@@ -120,6 +120,40 @@ def test_a_detector_that_compares_no_frames_needs_no_stable_view() -> None:
     assert StillView(make_detector("moving")).needed
 
 
+class Prompt(Steady):
+    """Sees one thing in each frame, and one more that it found by looking around in the frame before."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.more = 0
+
+    def follow(self, frame: Frame) -> Sightings:
+        places = [[10.0 + frame.index, 40.0], [60.0, 20.0]]
+        return Sightings.round(frame.t, places[: 1 + min(self.more, 1)], 0.5)
+
+    def look_around(self) -> None:
+        self.more += 1
+
+
+def test_who_is_in_a_hurry_gets_what_is_known_and_looks_around_later() -> None:
+    detector = Prompt()
+    eyes = Eyes(detector, Tracker())
+    one, two, three = frames(3)
+    assert len(eyes.look(one, at_once=True).seen) == 1
+    eyes.look_around()
+    assert len(eyes.look(two, at_once=True).seen) == 2
+    assert len(eyes.look(three).seen) == 1  # by detect
+    assert detector.more == 1
+
+
+def test_a_detector_that_cannot_answer_early_takes_its_time() -> None:
+    eyes, other = Eyes(Steady(), Tracker()), Eyes(Steady(), Tracker())
+    for frame in frames(5):
+        look = eyes.look(frame, at_once=True)
+        eyes.look_around()
+        np.testing.assert_array_equal(look.seen.uv, other.look(frame).seen.uv)
+
+
 def test_a_video_counts_its_frames_and_its_time() -> None:
     seen: list[Look] = []
     found = track_video(

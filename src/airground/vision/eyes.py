@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from airground.vision.detectors.protocol import PromptDetector
 from airground.vision.sightings import Sightings
 from airground.vision.still_view import StillView
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from airground.vision.moving import Stabilization, Stabilizer
     from airground.vision.tracker import Tracker, TrackerState
 
-__all__ = ["Eyes", "Look"]
+__all__ = ["Eyes", "Look", "Looks"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +53,25 @@ class Look:
         return self.stabilization is not None and not self.stabilization.ok
 
 
+class Looks(Protocol):
+    """Whatever looks at one frame after the other: `Eyes`, here or in another process."""
+
+    def look(self, frame: Frame) -> Look:
+        """Take in the next frame.
+
+        Parameters
+        ----------
+        frame : Frame
+            Later than the one before.
+
+        Returns
+        -------
+        look : Look
+            What was made of it.
+        """
+        ...
+
+
 class Eyes:
     """Detector, tracker and, where the camera moves, stabiliser, as one step for each frame.
 
@@ -69,19 +89,23 @@ class Eyes:
         self, detector: Detector, tracker: Tracker, stabilizer: Stabilizer | None = None
     ) -> None:
         self._detector = detector
+        self._prompt = detector if isinstance(detector, PromptDetector) else None
         self._tracker = tracker
         self._stabilizer = stabilizer
         self._still = StillView(detector) if stabilizer is not None else None
         self._covered: FloatArray = np.empty((0, 4, 2))
         self._segment: int | None = None
 
-    def look(self, frame: Frame) -> Look:
+    def look(self, frame: Frame, *, at_once: bool = False) -> Look:
         """Take in the next frame.
 
         Parameters
         ----------
         frame : Frame
             Later than the one before; after the camera came back, at any time.
+        at_once : bool
+            Whether to answer before new things were searched for, where the detector can do that. `look_around` must
+            follow; what that finds is seen in the next frame.
 
         Returns
         -------
@@ -97,7 +121,7 @@ class Eyes:
             self._tracker.restart()  # times before and after need not be comparable
         self._segment = frame.segment
         if self._stabilizer is None or self._still is None:
-            seen = self._detector.detect(frame)
+            seen = self._detect(frame, at_once=at_once)
             return Look(frame, seen, None, seen, self._tracker.update(seen))
         stabilization = self._stabilizer.update(frame, self._covered)
         if self._still.needed:
@@ -105,7 +129,17 @@ class Eyes:
             seen = sightings = self._still.detect(frame, stabilization)
             self._covered = self._still.outlines(seen, stabilization)
         else:
-            seen = self._detector.detect(frame)
+            seen = self._detect(frame, at_once=at_once)
             self._covered = seen.outline[np.isfinite(seen.outline).all(axis=(1, 2))]
             sightings = stabilization.refer(seen) if stabilization.ok else Sightings.none(frame.t)
         return Look(frame, seen, stabilization, sightings, self._tracker.update(sightings))
+
+    def look_around(self) -> None:
+        """Search the last frame for new things, if that was put off."""
+        if self._prompt is not None:
+            self._prompt.look_around()
+
+    def _detect(self, frame: Frame, *, at_once: bool) -> Sightings:
+        if at_once and self._prompt is not None:
+            return self._prompt.follow(frame)
+        return self._detector.detect(frame)

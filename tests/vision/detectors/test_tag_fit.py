@@ -144,3 +144,47 @@ def test_tags_fitted_together_are_where_each_is_alone(rng: np.random.Generator) 
         np.testing.assert_allclose(
             together.points(CORNERS)[0][k], alone.points(CORNERS)[0][0], atol=0.02
         )
+
+
+def test_a_tag_outside_of_the_image_leaves_the_others_as_they_are(rng: np.random.Generator) -> None:
+    H = places(rng, 50, 50)
+    H[1, :2] += 1000 * H[1, 2]
+    image = draw_tags([Tag(H[0])], SHAPE[::-1], blur_px=0.6, noise=3, rng=rng, supersample=4)
+    both = fit_tags(image, H, steps(7, 9), CELLS, np.full((2, 2), np.nan))
+    alone = fit_tags(image, H[:1], steps(7), CELLS, np.full((1, 2), np.nan))
+    assert both.ok.tolist() == [True, False]
+    for name in ("correlation", "code_correlation", "contrast"):
+        assert getattr(both, name)[0] == pytest.approx(getattr(alone, name)[0], rel=1e-4)
+    assert both.correlation[0] < 1 < both.contrast[0]
+
+
+def test_a_tag_that_is_hard_to_fit_goes_on_without_the_others(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that need no more steps are not drawn again; a limit of steps leaves the hard one where it is by then."""
+    H = places(rng, 50, 50)
+    H[1, :2] += np.array([[-70.0], [60.0]]) * H[1, 2]
+    image = draw_tags([Tag(H[0])], SHAPE[::-1], blur_px=0.6, noise=3, rng=rng, supersample=4)
+    drawn: list[int] = []
+
+    def counted(*arguments: object) -> np.ndarray:
+        drawn.append(len(arguments[1]))  # type: ignore[arg-type]
+        return design_of(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(tag_fit, "design_of", counted)
+    code, blur = steps(7, 9), np.full((2, 2), 0.65)
+    near = H.copy()
+    near[0, :2] += 0.02 * near[0, 2]
+    fits = fit_tags(image, near, code, CELLS, blur)
+    assert drawn[0] == 2
+    assert drawn[-1] == 1
+    assert len(drawn) == tag_fit.ITERATIONS
+    assert drawn.count(2) <= 3
+    drawn.clear()
+    alone = fit_tags(image, near[:1], code[:, :1], CELLS, blur[:1])
+    assert fits.correlation[0] > 0.97 > fits.correlation[1]
+    np.testing.assert_allclose(fits.points(CORNERS)[0][0], alone.points(CORNERS)[0][0], atol=1e-3)
+    drawn.clear()
+    short = fit_tags(image, near, code, CELLS, blur, most=3)
+    assert len(drawn) == 3
+    np.testing.assert_allclose(short.points(CORNERS)[0][0], alone.points(CORNERS)[0][0], atol=1e-3)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from airground.errors import InputError
 from airground.vision.detectors.moving import MovingDetector
+from airground.vision.detectors.protocol import PromptDetector
 from airground.vision.detectors.tag_families import APRILTAG, ARUCO
 from airground.vision.detectors.tags import TagDetector, detect_family
 from airground.vision.sightings import Sightings
@@ -107,3 +108,24 @@ class AutoDetector:
             if self._seen >= self._probe_frames:
                 self.chosen = self._waiting
         return Sightings.none(frame.t)
+
+    def follow(self, frame: Frame) -> Sightings:
+        """Find at once what the choice knows from frames before.
+
+        Parameters
+        ----------
+        frame : Frame
+            The next frame.
+
+        Returns
+        -------
+        sightings : Sightings
+            As of `detect`, before the choice and where the choice cannot do otherwise.
+        """
+        chosen = self.chosen
+        return chosen.follow(frame) if isinstance(chosen, PromptDetector) else self.detect(frame)
+
+    def look_around(self) -> None:
+        """Let the choice search the last frame for more."""
+        if isinstance(self.chosen, PromptDetector):
+            self.chosen.look_around()

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from airground.vision.frame import Frame
     from airground.vision.sightings import Sightings
 
-__all__ = ["Detector"]
+__all__ = ["Detector", "PromptDetector"]
 
 
 @runtime_checkable
@@ -28,4 +28,28 @@ class Detector(Protocol):
         sightings : Sightings
             At the frame's time, in any order; none where nothing was found.
         """
+        ...
+
+
+@runtime_checkable
+class PromptDetector(Detector, Protocol):
+    """Can answer before it has looked everywhere, for who is in a hurry: `follow`, then `look_around` while idle."""
+
+    def follow(self, frame: Frame) -> Sightings:
+        """Find in a frame what is known from those before; where that is nothing, as `detect`.
+
+        Parameters
+        ----------
+        frame : Frame
+            The next frame; its image must stay as it is until `look_around`.
+
+        Returns
+        -------
+        sightings : Sightings
+            As of `detect`.
+        """
+        ...
+
+    def look_around(self) -> None:
+        """Search the frame of the last `follow` for more, which is known from then on."""
         ...

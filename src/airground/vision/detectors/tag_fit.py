@@ -14,6 +14,15 @@ import cv2
 import numpy as np
 
 from airground.geometry.arrays import FloatArray, homogeneous
+from airground.vision.detectors.tag_equations import (
+    PARAMETERS,
+    Step,
+    best_step,
+    brightness,
+    correlation,
+    huber_weight,
+    what_is_left,
+)
 from airground.vision.detectors.tag_model import design_of, pixels_of
 
 if TYPE_CHECKING:
@@ -23,13 +32,11 @@ if TYPE_CHECKING:
 
     FloatArray32 = NDArray[np.float32]
 
-__all__ = ["TagFits", "fit_tags"]
+__all__ = ["ITERATIONS", "TagFits", "fit_tags"]
 
 MOST_PIXELS = 400  # enough for 0.02 px at any noise; more costs time
-PARAMETERS = 14  # 8 of the homography, 2 of the blur, 4 of the brightness
 START_BLUR_PX = 0.9
 BLUR_RANGE = np.log(0.25), np.log(6.0)  # px; a pixel alone blurs by 12 ** -0.5
-HUBER = 2.0
 SMALL_STEP = 2e-4  # of half a side
 LARGEST_STEP = 2e-2
 BENT = 0.2  # what a step is wrong by is this times its square over the blur, as found by trying
@@ -37,10 +44,6 @@ ENOUGH = 1.0  # of the standard deviation; by trying, what is left is then below
 MOST_CHANGE = np.array([0.3] * 8 + [0.5] * 2)  # in a step
 LONGEST = np.array([LARGEST_STEP] * 8 + [0.3] * 2)  # of the last one
 ITERATIONS = 8
-DIAGONAL = np.arange(PARAMETERS)
-BLUR_PRIOR = np.where(
-    (DIAGONAL == 8) | (DIAGONAL == 9), 4.0, 0.0
-)  # weak: one of both may be unseen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,9 +85,29 @@ class TagFits:
         fits : TagFits
             None is ok.
         """
-        zero, one = np.zeros(count), np.ones((count, 2))
         H, covariance = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 8, 8))
-        return cls(np.zeros(count, dtype=bool), H, covariance, zero, zero, zero, one)
+        return cls(
+            np.zeros(count, dtype=bool),
+            H,
+            covariance,
+            np.zeros(count),
+            np.zeros(count),
+            np.zeros(count),
+            np.ones((count, 2)),
+        )
+
+    def put(self, rows: NDArray[np.intp], other: TagFits) -> None:
+        """Replace some.
+
+        Parameters
+        ----------
+        rows : (J,) array of int
+            Which.
+        other : TagFits
+            By these J.
+        """
+        for name in type(self).__slots__:
+            getattr(self, name)[rows] = getattr(other, name)
 
     def points(self, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Images of points of the tags, and how they hang on the parameters.
@@ -110,7 +133,13 @@ class TagFits:
 
 
 def fit_tags(
-    image: ImageArray, H: FloatArray, steps: FloatArray32, cells: int, blur_px: FloatArray
+    image: ImageArray,
+    H: FloatArray,
+    steps: FloatArray32,
+    cells: int,
+    blur_px: FloatArray,
+    *,
+    most: int = ITERATIONS,
 ) -> TagFits:
     """Fit the patterns of tags to an image.
 
@@ -126,6 +155,8 @@ def fit_tags(
         C, cells along a side, border included.
     blur_px : (K, 2) array [px]
         Blurs as fitted in the frame before, which saves steps; NaN where there are none.
+    most : int
+        Steps of the fit, at most.
 
     Returns
     -------
@@ -136,111 +167,157 @@ def fit_tags(
     alive = there.sum(axis=1) > 3 * PARAMETERS
     blur_px = np.where(np.isnan(blur_px), START_BLUR_PX, blur_px)
     if alive.all():
-        return _fit(image, pixels, there, H=H, blur=np.log(blur_px), steps=steps, cells=cells)
+        grey = _grey_of(image, pixels)
+        use, started = there.astype(np.float32), np.ones(len(H), dtype=bool)
+        return _fit(_Views(pixels, steps, grey, use, H, np.log(blur_px), started), cells, most)
     fits = TagFits.none(len(H))
     rows = np.flatnonzero(alive)
     if len(rows):
-        fitted = fit_tags(image, H[rows], steps[:, rows], cells, blur_px[rows])
-        for name in TagFits.__slots__:
-            getattr(fits, name)[rows] = getattr(fitted, name)
+        fits.put(rows, fit_tags(image, H[rows], steps[:, rows], cells, blur_px[rows], most=most))
     return fits
 
 
-def _fit(
-    image: ImageArray,
-    pixels: NDArray[np.intp],
-    there: NDArray[np.bool_],
-    *,
-    H: FloatArray,
-    blur: FloatArray,
-    steps: FloatArray32,
-    cells: int,
-) -> TagFits:
+def _grey_of(image: ImageArray, pixels: NDArray[np.intp]) -> FloatArray32:
     at = image[pixels[1], pixels[0]]
     grey = at if image.ndim == 2 else np.asarray(cv2.cvtColor(at, cv2.COLOR_BGR2GRAY))
-    seen, use = grey.astype(np.float32), there.astype(np.float32)
-    count = len(H)
-    alive = np.ones(count, dtype=bool)
-    D = np.zeros((count, 9))
-    for _ in range(ITERATIONS):
-        design = design_of(pixels, H, np.exp(blur), steps, cells)
-        residual, contrast = _brightness(design[:, 10:], seen, use)
-        design[:, :10] *= contrast[:, None, None]
-        weight = _weight(residual, use)
-        step = _step(design, residual, weight, alive)
-        done = _is_short(H, blur, step) | ~alive
-        if done.all():  # weights by what is left, as if the pattern had been drawn anew
-            weight = _weight(_left(design, residual, step), use)
-            step = _step(design, residual, weight, alive)
-        step.change[~alive] = 0.0
-        bounded = np.clip(step.change[:, :10], -MOST_CHANGE, MOST_CHANGE)
-        D[:, :8] = bounded[:, :8]
-        moved = H + H @ D.reshape(count, 3, 3)
-        alive &= np.abs(moved[:, 2, 2]) > 1e-6
-        moved[~alive] = H[~alive]
-        H = moved / moved[:, 2:, 2:]
-        blur = np.clip(blur + bounded[:, 8:], *BLUR_RANGE)
-        if done.all():
+    return grey.astype(np.float32)
+
+
+def _fit(views: _Views, cells: int, most: int) -> TagFits:
+    count = len(views.H)
+    fits, rows = TagFits.none(0), np.arange(count)
+    for left in range(most - 1, -1, -1):
+        drawn = _draw(views, cells)
+        done = _is_short(views.H, views.blur, drawn.step) | ~views.alive
+        if done.all() or not left:
+            last = _end(views, drawn, cells, settled=bool(done.all()))
+            if len(rows) == count:
+                return last
+            fits.put(rows, last)
             break
-    alive &= np.abs(step.change[:, :8]).max(axis=1) < LARGEST_STEP
-    left, inverse = _left(design, residual, step), step.inverse
-    weight = _weight(left, use)
+        if done.any():  # the others go on alone: they are few, and often not there at all
+            fits = fits if len(fits.ok) else TagFits.none(count)
+            some, rest = np.flatnonzero(done), np.flatnonzero(~done)
+            fits.put(rows[some], _end(views.take(some), drawn.take(some), cells, settled=True))
+            views, drawn, rows = views.take(rest), drawn.take(rest), rows[rest]
+        views = _moved(views, drawn.step)
+    return fits
+
+
+def _draw(views: _Views, cells: int) -> _Drawn:
+    """Draw the patterns where they are supposed to be, and see which step would be best."""
+    design = design_of(views.pixels, views.H, np.exp(views.blur), views.steps, cells)
+    residual, contrast = brightness(design[:, 10:], views.seen, views.use)
+    design[:, :10] *= contrast[:, None, None]
+    step = best_step(design, residual, huber_weight(residual, views.use), views.alive)
+    return _Drawn(design, residual, contrast, step)
+
+
+def _moved(views: _Views, step: Step) -> _Views:
+    """Take a step."""
+    alive = views.alive
+    step.change[~alive] = 0.0
+    bounded = np.clip(step.change[:, :10], -MOST_CHANGE, MOST_CHANGE)
+    D = np.zeros((len(alive), 9))
+    D[:, :8] = bounded[:, :8]
+    moved = views.H + views.H @ D.reshape(-1, 3, 3)
+    alive &= np.abs(moved[:, 2, 2]) > 1e-6
+    moved[~alive] = views.H[~alive]
+    blur = np.clip(views.blur + bounded[:, 8:], *BLUR_RANGE)
+    return views._replace(H=moved / moved[:, 2:, 2:], blur=blur)
+
+
+def _end(views: _Views, drawn: _Drawn, cells: int, *, settled: bool) -> TagFits:
+    """Take the last step, and tell how well it fits."""
+    design, residual, contrast, step = drawn
+    seen, use = views.seen, views.use
+    if settled:  # weights by what is left, as if the pattern had been drawn anew
+        weight = huber_weight(what_is_left(design, residual, step), use)
+        step = best_step(design, residual, weight, views.alive)
+    views = _moved(views, step)
+    alive = views.alive & (np.abs(step.change[:, :8]).max(axis=1) < LARGEST_STEP)
+    left, inverse = what_is_left(design, residual, step), step.inverse
+    weight = huber_weight(left, use)
     scaled = design * (weight * left)[:, None]
     pixel_count = use.sum(axis=1)
     covariance = inverse @ (scaled @ scaled.swapaxes(1, 2)) @ inverse
     covariance *= (pixel_count / (pixel_count - PARAMETERS))[:, None, None]
     code = use * (np.abs(design[:, 12:]).max(axis=1) < 1.0 - 2.0 / cells)
-    correlation = _correlation(seen, left, np.stack([weight, code])).astype(np.float64)
+    alike = correlation(seen, left, np.stack([weight, code])).astype(np.float64)
     return TagFits(
         alive,
-        H,
+        views.H,
         covariance[:, :8, :8],
-        correlation[0],
-        correlation[1],
+        alike[0],
+        alike[1],
         contrast.astype(np.float64),
-        np.exp(blur),
+        np.exp(views.blur),
     )
 
 
-class _Step(NamedTuple):
-    """A step of Gauss and Newton."""
+class _Views(NamedTuple):
+    """Pixels that show tags, and what is supposed of these."""
 
-    inverse: FloatArray
-    """(K, 14, 14). Of the normal equations."""
+    pixels: NDArray[np.intp]
+    """(2, K, N). Columns and rows."""
 
-    change: FloatArray
-    """(K, 14). Of the parameters."""
+    steps: FloatArray32
+    """(9, K, S). Of the patterns."""
 
-    gradient: FloatArray
-    """(K, 14). Right side of the normal equations."""
+    seen: FloatArray32
+    """(K, N). Brightness [grey levels]."""
 
-    square: FloatArray
-    """(K,). Mean square of the residuals."""
+    use: FloatArray32
+    """(K, N). 1, or 0 for those that do not count."""
+
+    H: FloatArray
+    """(K, 3, 3). Homographies from the tags."""
+
+    blur: FloatArray
+    """(K, 2). Logarithms of the blurs."""
+
+    alive: NDArray[np.bool_]
+    """(K,). False once the pixels turned out not to determine a place; written to."""
+
+    def take(self, rows: NDArray[np.intp]) -> _Views:
+        """Those of some of the tags."""
+        return _Views(
+            self.pixels[:, rows],
+            self.steps[:, rows],
+            self.seen[rows],
+            self.use[rows],
+            self.H[rows],
+            self.blur[rows],
+            self.alive[rows],
+        )
 
 
-def _step(
-    design: FloatArray32, residual: FloatArray32, weight: FloatArray32, alive: NDArray[np.bool_]
-) -> _Step:
-    weighted = design * weight[:, None]
-    A = (weighted @ design.swapaxes(1, 2)).astype(np.float64)
-    total: FloatArray = (weight * residual * residual).sum(axis=1, dtype=np.float64)
-    square = total / weight.sum(axis=1)
-    A[:, DIAGONAL, DIAGONAL] *= 1.0 + 1e-6
-    A[:, DIAGONAL, DIAGONAL] += 1e-9 + square[:, None] * BLUR_PRIOR
-    _leave_out(A, alive)
-    inverse: FloatArray = np.asarray(np.linalg.inv(A), dtype=np.float64)
-    gradient = (weighted @ residual[..., None]).astype(np.float64)
-    change = (inverse @ gradient)[..., 0]
-    _leave_out(change, alive)
-    return _Step(inverse, change, gradient[..., 0], square)
+class _Drawn(NamedTuple):
+    """Patterns drawn into the image."""
+
+    design: FloatArray32
+    """(K, 14, N). Derivatives of the brightness by all parameters."""
+
+    residual: FloatArray32
+    """(K, N). What it differs by."""
+
+    contrast: FloatArray32
+    """(K,)."""
+
+    step: Step
+    """Best one from there."""
+
+    def take(self, rows: NDArray[np.intp]) -> _Drawn:
+        """Those of some of the tags."""
+        return _Drawn(
+            self.design[rows],
+            self.residual[rows],
+            self.contrast[rows],
+            Step(*(array[rows] for array in self.step)),
+        )
 
 
-def _left(design: FloatArray32, residual: FloatArray32, step: _Step) -> FloatArray32:
-    left: FloatArray32 = residual - (step.change[:, None].astype(np.float32) @ design)[:, 0]
-    return left
-
-
-def _is_short(H: FloatArray, blur: FloatArray, step: _Step) -> NDArray[np.bool_]:
+def _is_short(H: FloatArray, blur: FloatArray, step: Step) -> NDArray[np.bool_]:
     """Whether the pattern may be taken as linear along a step, so that it need not be drawn anew."""
     # Twice the mean square of the step over the pixels, and the variance of the place: [half a side, squared].
     place = step.inverse[:, 2, 2] + step.inverse[:, 5, 5]
@@ -251,44 +328,3 @@ def _is_short(H: FloatArray, blur: FloatArray, step: _Step) -> NDArray[np.bool_]
     short = (bent < ENOUGH * np.sqrt(step.square * place / 2)) | (size.max(axis=1) < SMALL_STEP)
     short &= (size <= LONGEST).all(axis=1)
     return np.asarray(short)
-
-
-def _leave_out(A: FloatArray, alive: NDArray[np.bool_]) -> None:
-    """Put the unit matrix for those of no use, so that the others can be inverted; zero for a column."""
-    if np.isfinite(A.sum()) and alive.all():
-        return
-    alive &= np.isfinite(A).all(axis=tuple(range(1, A.ndim)))
-    A[~alive] = np.eye(A.shape[1]) if A.ndim == 3 else 0.0
-
-
-def _correlation(seen: FloatArray32, residual: FloatArray32, weight: FloatArray32) -> FloatArray32:
-    share = weight / np.maximum(weight.sum(axis=-1), 1e-9)[..., None]
-    mean = (share * seen).sum(axis=-1)
-    total = (share * (seen - mean[..., None]) ** 2).sum(axis=-1)
-    left = (share * residual**2).sum(axis=-1)
-    value: FloatArray32 = np.sqrt(np.clip(1.0 - left / np.maximum(total, 1e-9), 0.0, 1.0))
-    return value
-
-
-def _brightness(
-    ramp: FloatArray32, seen: FloatArray32, use: FloatArray32
-) -> tuple[FloatArray32, FloatArray32]:
-    """What is left once dark level, contrast and ramp fit best; the contrasts."""
-    weighted = ramp * use[:, None]
-    A = (weighted @ ramp.swapaxes(1, 2)).astype(np.float64)
-    A[:, range(4), range(4)] += 1e-9
-    _leave_out(A, np.ones(len(A), dtype=bool))
-    level = np.linalg.solve(A, (weighted @ seen[..., None]).astype(np.float64)).astype(np.float32)
-    return seen - (level.swapaxes(1, 2) @ ramp)[:, 0], level[:, 1, 0]
-
-
-def _weight(residual: FloatArray32, use: FloatArray32) -> FloatArray32:
-    """Huber's weights; those not to be used have none."""
-    size = np.abs(residual)
-    middle = size.shape[1] // 2
-    spread = np.partition(size, middle, axis=1)[:, middle, None]
-    spread *= np.float32(1.4826 * HUBER)
-    spread += np.float32(0.3 * HUBER)
-    size = np.maximum(size, spread)
-    weight: FloatArray32 = use * spread / size
-    return weight

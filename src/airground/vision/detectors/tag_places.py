@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airground.geometry.arrays import FloatArray, homogeneous
-from airground.vision.detectors.tag_fit import TagFits, fit_tags
+from airground.vision.detectors.tag_fit import ITERATIONS, TagFits, fit_tags
 from airground.vision.detectors.tag_model import CORNERS, steps_of
 
 if TYPE_CHECKING:
@@ -119,6 +119,7 @@ def place_tags(
     blurs_px: Sequence[FloatArray] = (),
     *,
     least_correlation: float,
+    most: int = ITERATIONS,
 ) -> list[PlacedTag | None]:
     """Fit tags to an image.
 
@@ -134,6 +135,8 @@ def place_tags(
         Blurs as fitted in the frame before; none for new tags.
     least_correlation : float
         Between the image and the printed pattern; what is below is not a tag.
+    most : int
+        Steps of the fit, at most.
 
     Returns
     -------
@@ -147,7 +150,7 @@ def place_tags(
         chosen = [tags[k] for k in rows]
         steps = np.stack([_steps(family, number) for family, number in chosen], axis=1)
         start = H if len(rows) == len(tags) else H[rows]
-        fits = fit_tags(image, start, steps, cells, blur[rows])
+        fits = fit_tags(image, start, steps, cells, blur[rows], most=most)
         good = fits.ok & (fits.correlation >= least_correlation) & (fits.contrast >= LEAST_CONTRAST)
         if good.any():
             for k, tag in zip(rows, _placed(chosen, start, fits, good), strict=True):

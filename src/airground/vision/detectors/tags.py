@@ -7,19 +7,29 @@ AprilTag library's own frame is turned by half a turn against that.
 Tags seen in the frame before are not searched for: their patterns are fitted where they ought to be by now, which also
 tells whether they are there. Those that are not are looked for nearby, for a second. For new ones the image is searched
 part by part, all of it within half a second, so that no frame takes much longer than the others; only where no tag is
-known the whole image is searched at once.
+known the whole image is searched at once. Who is in a hurry lets the detector answer before that search, and gives it
+the time for it afterwards (`follow`, `look_around`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from airground.errors import InputError
-from airground.geometry.arrays import FloatArray, homogeneous
+from airground.geometry.arrays import homogeneous
 from airground.vision.detectors.tag_families import APRILTAG, ARUCO, families_named
+from airground.vision.detectors.tag_fit import ITERATIONS
+from airground.vision.detectors.tag_memory import (
+    LostTag,
+    PendingFrame,
+    all_ahead,
+    is_same,
+    pixels_in,
+    window_around,
+    with_motion,
+)
 from airground.vision.detectors.tag_model import CORNERS, homographies
 from airground.vision.detectors.tag_parts import parts_of
 from airground.vision.detectors.tag_places import PlacedTag, distinct, place_tags
@@ -29,7 +39,9 @@ from airground.vision.sightings import Sightings
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from airground.vision.detectors.tag_memory import Window
     from airground.vision.frame import Frame, ImageArray
+
 
 __all__ = ["TagDetector", "detect_family"]
 
@@ -38,18 +50,12 @@ RESCAN_S = 0.5  # in which the whole image is searched for new tags
 PARTS = 10  # of an image: one in each frame at 20 Hz
 ROUGH_PX = 8.0  # OpenCV's corners of large tags are better than that; a box may be taken for a tag beside it
 LOST_S = 1.0  # a tag that is not there any more is looked for nearby as long
-MOST_WINDOW_PX = 320  # side of what is searched for it
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Lost:
-    """A tag that was there a while ago."""
-
-    tag: PlacedTag
-    """As it was."""
-
-    t: float
-    """When it was seen last [s]."""
+HASTY_STEPS = (
+    4  # of a fit before the answer: one is usual, and who is half covered never gets there
+)
+HASTY_PIXELS = (
+    160**2
+)  # what may be searched for a known tag before the answer; that takes a millisecond
 
 
 class TagDetector:
@@ -91,11 +97,12 @@ class TagDetector:
         self._least_correlation = least_correlation
         self._rescan = rescan_frames
         self._known: list[PlacedTag] = []
-        self._lost: list[_Lost] = []
+        self._lost: list[LostTag] = []
         self._t = -np.inf
         self._segment = 0
         self._due = 0.0
         self._part = 0
+        self._pending: PendingFrame | None = None
 
     def detect(self, frame: Frame) -> Sightings:
         """Find the tags in a frame.
@@ -110,21 +117,82 @@ class TagDetector:
         sightings : Sightings
             With labels, headings and outlines, ordered by family and number.
         """
+        dt = self._begin(frame)
+        tags, missed = self._follow(frame.image, dt)
+        for window, old in missed:
+            tags += self._accept(frame.image, self._find_again(frame.image, window, old))
+        return self._complete(frame, distinct(tags, self._least_side_px), dt)
+
+    def follow(self, frame: Frame) -> Sightings:
+        """Find in a frame the tags that were there in the one before; where there are none, find all.
+
+        Parameters
+        ----------
+        frame : Frame
+            The next frame; its image is kept until `look_around`.
+
+        Returns
+        -------
+        sightings : Sightings
+            As of `detect`.
+        """
+        dt = self._begin(frame)
+        tags, missed = self._follow(frame.image, dt, HASTY_STEPS)
+        if missed and pixels_in(missed[0][0]) <= HASTY_PIXELS:
+            window, old = missed.pop(0)
+            tags += self._accept(frame.image, self._find_again(frame.image, window, old))
+        tags = distinct(tags, self._least_side_px)
+        if not tags:
+            return self._complete(frame, tags, dt)
+        self._pending = PendingFrame(frame, dt, tuple(window for window, _ in missed))
+        return self._keep(frame, tags, dt)
+
+    def look_around(self) -> None:
+        """Search the frame of the last `follow` for other tags; the next one finds these as well."""
+        pending, self._pending = self._pending, None
+        if pending is None:
+            return
+        image, t = pending.frame.image, pending.frame.t
+        candidates = self._look(image, self._known, pending.dt)
+        for window in pending.missed:
+            candidates += self._search.find(image, window)
+        if not pending.missed:
+            candidates += self._look_nearby(image, t)
+        self._known = self._with_new(image, self._known, candidates)
+        self._remember(self._known, t)
+
+    def _begin(self, frame: Frame) -> float:
+        """Time since the frame before that tags are known of [s]."""
         if frame.segment != self._segment or not frame.t > self._t:
             self._known, self._lost = [], []
+        self._pending = None
+        return frame.t - self._t if self._known else 0.0
+
+    def _complete(self, frame: Frame, tags: list[PlacedTag], dt: float) -> Sightings:
+        """Search for other tags than those that were followed."""
         image = frame.image
-        dt = frame.t - self._t if self._known else 0.0
-        tags = self._follow(image, dt)
         if self._known and not tags:
             self._lost = []  # all of them: the camera moved, or is covered
         candidates = self._look(image, tags, dt) if tags else self._search.find(image)
         candidates += self._look_nearby(image, frame.t)
-        new = [found for found in candidates if not any(_same(found, tag) for tag in tags)]
+        return self._keep(frame, self._with_new(image, tags, candidates), dt)
+
+    def _with_new(
+        self, image: ImageArray, tags: list[PlacedTag], candidates: list[Candidate]
+    ) -> list[PlacedTag]:
+        """Tags, and those candidates that are others."""
+        new = [found for found in candidates if not any(is_same(found, tag) for tag in tags)]
         if new:
             tags = distinct(tags + self._accept(image, new), self._least_side_px)
-        tags.sort(key=lambda tag: (self.families.index(tag.family), tag.number, *tag.corners[0]))
+        return tags
+
+    def _keep(self, frame: Frame, tags: list[PlacedTag], dt: float) -> Sightings:
+        """Take tags for those of a frame."""
+        tags = sorted(
+            tags, key=lambda tag: (self.families.index(tag.family), tag.number, *tag.corners[0])
+        )
         self._remember(tags, frame.t)
-        tags = _moving(tags, self._known, dt)
+        tags = with_motion(tags, self._known, dt)
         self._known, self._t, self._segment = tags, frame.t, frame.segment
         return self._sightings(frame.t, tags)
 
@@ -148,31 +216,37 @@ class TagDetector:
                 found += self._search.find_part(image, part, known=known, turn=turn)
         return found
 
-    def _follow(self, image: ImageArray, dt: float) -> list[PlacedTag]:
-        """Known tags where they ought to be, or else nearby."""
+    def _follow(
+        self, image: ImageArray, dt: float, most: int = ITERATIONS
+    ) -> tuple[list[PlacedTag], list[tuple[Window, PlacedTag]]]:
+        """Known tags where they ought to be; and where to look for the others, and which these are."""
         if not self._known:
-            return []
-        ahead = np.array([tag.ahead(dt) for tag in self._known])
+            return [], []
+        ahead = all_ahead(self._known, dt)
         placed = place_tags(
             image,
             [(tag.family, tag.number) for tag in self._known],
             ahead,
             [tag.blur_px for tag in self._known],
             least_correlation=self._least_correlation,
+            most=most,
         )
         tags: list[PlacedTag] = []
+        missed: list[tuple[Window, PlacedTag]] = []
         for old, tag, H in zip(self._known, placed, ahead, strict=True):
             if tag is not None and tag.stayed(1.0):
                 tags.append(tag)
                 continue
             q = homogeneous(CORNERS) @ H.T
-            nearby = [
-                found
-                for found in self._search.find(image, _window(q[:, :2] / q[:, 2:], image.shape))
-                if (found.family, found.number) == (old.family, old.number)
-            ]
-            tags += self._accept(image, nearby)
-        return distinct(tags, self._least_side_px)
+            missed.append((window_around(q[:, :2] / q[:, 2:], image.shape), old))
+        return tags, missed
+
+    def _find_again(self, image: ImageArray, window: Window, old: PlacedTag) -> list[Candidate]:
+        return [
+            found
+            for found in self._search.find(image, window)
+            if (found.family, found.number) == (old.family, old.number)
+        ]
 
     def _accept(self, image: ImageArray, candidates: list[Candidate]) -> list[PlacedTag]:
         if not candidates:
@@ -200,7 +274,7 @@ class TagDetector:
         ago = t - lost.t
         uv = lost.tag.ahead(ago)[:2, 2]
         reach = float(np.abs(uv - lost.tag.uv).max()) if ago < LOST_S else 0.0
-        window = _window(lost.tag.corners, image.shape, reach)
+        window = window_around(lost.tag.corners, image.shape, reach)
         return self._search.find(image, window)
 
     def _remember(self, tags: list[PlacedTag], t: float) -> None:
@@ -208,7 +282,7 @@ class TagDetector:
         if not self._lost and len(tags) >= len(self._known):
             return
         here = {(tag.family, tag.number) for tag in tags}
-        fresh = [_Lost(tag, self._t) for tag in self._known]
+        fresh = [LostTag(tag, self._t) for tag in self._known]
         self._lost = [
             lost
             for lost in (*self._lost, *fresh)
@@ -261,39 +335,3 @@ def detect_family(frames: Iterable[Frame], names: Sequence[str] = (*APRILTAG, *A
             total[name] = total.get(name, 0) + 1
     enough = [name for name in total if len(seen[name]) >= min(2, count)]
     return sorted(enough, key=lambda name: (-total[name], name))
-
-
-def _moving(tags: list[PlacedTag], known: list[PlacedTag], dt: float) -> list[PlacedTag]:
-    """With their motion since the frame before, each from the nearest tag of the same number."""
-    if dt <= 0 or not tags:
-        return tags
-    pairs = []
-    for tag in tags:
-        same = [old for old in known if (old.family, old.number) == (tag.family, tag.number)]
-        if len(same) > 1:
-            same.sort(key=lambda old: float(np.abs(tag.corners - old.corners).sum()))
-        pairs.append((same or [tag])[0].image_from_tag)
-    step = np.linalg.inv(np.array(pairs)) @ np.array([tag.image_from_tag for tag in tags])
-    drift = (step / step[:, 2:, 2:] - np.eye(3)) / dt
-    return [replace(tag, drift=each) for tag, each in zip(tags, drift, strict=True)]
-
-
-def _same(candidate: Candidate, tag: PlacedTag) -> bool:
-    """Whether a candidate is a tag that was just followed."""
-    apart = float(np.hypot(*(candidate.corners - tag.corners).T).max())
-    side = float(np.hypot(*(tag.corners[1] - tag.corners[0])))
-    same = (candidate.family, candidate.number) == (tag.family, tag.number)
-    return same and apart < max(3.0, side / tag.family.cells)
-
-
-def _window(
-    corners: FloatArray, shape: tuple[int, ...], reach: float = 0.0
-) -> tuple[int, int, int, int]:
-    """Left, top, right, bottom of where a tag may be."""
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    size = float((high - low).max())
-    pad = size + 12.0
-    pad += min(reach, max(0.0, (MOST_WINDOW_PX - size) / 2 - pad))
-    left, top = np.clip(low - pad, 0, [shape[1], shape[0]]).astype(int)
-    right, bottom = np.clip(high + pad, 0, [shape[1], shape[0]]).astype(int)
-    return int(left), int(top), int(right), int(bottom)
