@@ -162,7 +162,7 @@ def latency(robots: int, seconds: float) -> None:
             f"late by a period; load {load:.1f}"
         )
         print(f"{'ms':>18} {'median':>8} {'90 %':>8} {'99 %':>8} {'worst':>8}")
-        for name in ("vision", "step", "frame_to_command"):
+        for name in ("vision", "decide", "step", "frame_to_command"):
             row = np.percentile(1e3 * np.array(kept[name]), [50, 90, 99, 100])
             print(f"{name:>18} " + " ".join(f"{value:8.1f}" for value in row))
 

@@ -18,7 +18,6 @@ from waiting import until
 
 if TYPE_CHECKING:
     from airground.robots import Robot
-    from airground.session.inputs import Input
     from airground.session.tick import SessionTick
     from airground.vision.eyes import Eyes
 
@@ -105,10 +104,10 @@ def test_a_loop_that_hangs_has_its_robots_stopped_past_it(monkeypatch: pytest.Mo
     one, robots = live(session)
     real = session.step
 
-    def step(t: float, inputs: list[Input]) -> SessionTick:
+    def step(t: float, *given: Any) -> SessionTick:
         if t > 0.3:
             go.wait(20.0)
-        return real(t, inputs)
+        return real(t, *given)
 
     monkeypatch.setattr(session, "step", step)
     with one:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -17,12 +18,13 @@ from airground.session.options import RobotOptions, SessionOptions
 from airground.session.recorder import Recorder
 from airground.session.session import Session
 from airground.session.stepped import embedded_robots
-from airground.sim.live import LiveWorld
+from airground.sim.live_apart import WorldApart
 from airground.sim.live_options import FAMILY, EmbeddedOptions, robot_places
 from airground.sim.live_world import EmbeddedWorld
 from airground.sim.vehicle_odometry import OdometryNoise
 from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes
+from airground.vision.eyes_apart import EyesApart
 from airground.vision.moving import Stabilizer
 from airground.vision.sources import live_source
 from airground.vision.threads import use_threads
@@ -187,17 +189,13 @@ class LiveSite:
         record: Path | None = None,
         note: Callable[[str], None] | None = None,
     ) -> None:
-        self.world: LiveWorld | None = None
-        """The embedded world; None where camera and robots are real."""
         self._stack = ExitStack()
         _warm_up()
         clock = SessionClock()
         with ExitStack() as opened:
             camera, robots = self._open(plan, clock, opened)
-            eyes = Eyes(
-                make_detector(plan.detector),
-                Tracker(),
-                Stabilizer() if plan.stabilize else None,
+            eyes = opened.enter_context(
+                EyesApart(partial(_eyes, plan.detector, moving=plan.stabilize))
             )
             recorder = None
             if record is not None:
@@ -234,10 +232,8 @@ class LiveSite:
                         f"robot {robot.name} (track {robot.track}) is not in the embedded world; "
                         f"its first {count} are {known}"
                     )
-            self.world = opened.enter_context(
-                LiveWorld(EmbeddedWorld(options, plan.seed), clock, apart=True)
-            )
-            return self.world.camera, self.world.robots
+            world = opened.enter_context(WorldApart(options, plan.seed, clock))
+            return world.camera, world.robots
         robots = {
             name: opened.enter_context(open_robot(name, link, clock=clock))
             for name, link in plan.links.items()
@@ -264,6 +260,10 @@ def _warm_up() -> None:
     for name in ("shapely", "daqp", "scipy.optimize", "scipy.interpolate"):
         importlib.import_module(name)
     use_threads(1)  # the loop must not wait for images whose threads wait for each other
+
+
+def _eyes(detector: str, *, moving: bool) -> Eyes:
+    return Eyes(make_detector(detector), Tracker(), Stabilizer() if moving else None)
 
 
 def _robot(one: RobotSite) -> RobotOptions:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from airground.calibration import Calibration
+    from airground.control.command import VelocityCommand
     from airground.robots import Robot
     from airground.session.inputs import Input
     from airground.session.live_camera import LiveCamera
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from airground.session.recorder import Recorder
     from airground.session.session import Session
     from airground.session.tick import SessionTick
-    from airground.vision.eyes import Eyes
+    from airground.vision.eyes import Looks
 
 __all__ = ["LiveSession"]
 
@@ -54,7 +55,7 @@ class LiveSession:
         The core; belongs to this from now on.
     camera : LiveCamera
         Where frames come from; closed at the end.
-    eyes : Eyes
+    eyes : Looks
         Fresh.
     robots : mapping of str to Robot
         By the names in the session's options; stopped and closed at the end.
@@ -70,7 +71,7 @@ class LiveSession:
         self,
         session: Session,
         camera: LiveCamera,
-        eyes: Eyes,
+        eyes: Looks,
         robots: Mapping[str, Robot],
         *,
         clock: SessionClock | None = None,
@@ -297,15 +298,19 @@ class LiveSession:
             readings = robot.read()
             if readings:
                 inputs.append(Heard(name, tuple(readings)))
-        began = time.perf_counter()
-        tick = self._session.step(t, inputs)
-        self.stages.add("step", time.perf_counter() - began)
-        for name, command in tick.commands.items():
-            self._robots[name].send(command)
-        self._watchdog.feed()
         seen = [one for one in inputs if isinstance(one, Seen)]
-        if seen:
-            self.stages.add("frame_to_command", self.clock() - seen[-1].arrived_s)
+        began = time.perf_counter()
+
+        def send(commands: dict[str, VelocityCommand]) -> None:
+            self.stages.add("decide", time.perf_counter() - began)
+            for name, command in commands.items():
+                self._robots[name].send(command)
+            self._watchdog.feed()
+            if seen:
+                self.stages.add("frame_to_command", self.clock() - seen[-1].arrived_s)
+
+        tick = self._session.step(t, inputs, send)
+        self.stages.add("step", time.perf_counter() - began)
         for job in tick.jobs:
             self._workers.give(job)
         tick = replace(tick, stages_ms=self.stages.summary())

@@ -20,25 +20,23 @@ from airground.session.ground import Ground, fenced
 from airground.session.inputs import CameraNews, Finished, Heard, Ordered, Seen
 from airground.session.member import Member
 from airground.session.operator_watch import OperatorWatch
+from airground.session.others import Others
 from airground.session.steering import Steering
 from airground.session.tick import CalibrationView, SessionEvent, SessionTick
-from airground.session.views import other_view
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from airground.calibration import Calibration
     from airground.control import ImagePath
+    from airground.control.command import VelocityCommand
     from airground.control.separation.fence import Fence
     from airground.session.inputs import Input
     from airground.session.options import SessionOptions
     from airground.session.orders import Calibrate, SetFences
-    from airground.session.tick import Mode, OtherView, PathView
-    from airground.vision.tracker import Track
+    from airground.session.tick import Mode, PathView
 
 __all__ = ["Session"]
-
-OTHERS_S = 1.0  # something else that was not seen for so long is not shown any more
 
 
 class Session:
@@ -68,8 +66,7 @@ class Session:
         self.t = 0.0
         self._dispatch = Dispatch(self)
         self._steering = Steering(self)
-        self._others: list[Track] = []
-        self._other_views: tuple[OtherView, ...] = ()
+        self._others = Others()
         self._events: list[SessionEvent] = []
         self._refused: list[tuple[str, str]] = []
         self._revision = 0
@@ -79,7 +76,12 @@ class Session:
 
     # What comes in
 
-    def step(self, t: float, inputs: Sequence[Input]) -> SessionTick:
+    def step(
+        self,
+        t: float,
+        inputs: Sequence[Input],
+        send: Callable[[dict[str, VelocityCommand]], None] | None = None,
+    ) -> SessionTick:
         """Take what came in since the last step, and decide.
 
         Parameters
@@ -88,6 +90,8 @@ class Session:
             Now, on the session's clock.
         inputs : sequence of Input
             In the order in which they arrived.
+        send : callable, optional
+            Is given the commands as soon as they are decided, before all is put together that a person is told.
 
         Returns
         -------
@@ -101,7 +105,10 @@ class Session:
             self._leave(f"{self.operator.client} is not heard any more: all robots stand")
         for level, line in self.camera.changes(t, self.offset_s):
             self.say(line, level)
-        robots, commands = self._steering.decide(self._others)
+        commands, views = self._steering.decide(self._others.tracks)
+        if send is not None:
+            send(commands)
+        robots = views()
         self._number += 1
         tick = SessionTick(
             t=t,
@@ -111,7 +118,7 @@ class Session:
             stop_heard=self.operator.stop_heard,
             commands=commands,
             robots=tuple(robots),
-            others=self._other_views,
+            others=self._others.views(self.calibration),
             camera=self.camera.view(t, self.offset_s),
             calibration=self._calibration_view(),
             paths=tuple(view for _, view in self.paths.values()),
@@ -197,10 +204,7 @@ class Session:
                 self.drive.see(name, seen.t, uv)
             if self.fleet is not None:
                 self.fleet.see(name, seen.t, uv, member.seen_covariance(seen))
-        self._others = [
-            k for k in tracks if k.confirmed and k.serial not in ours and k.lost_for < OTHERS_S
-        ]
-        self._other_views = tuple(other_view(k, self.calibration) for k in self._others)
+        self._others.see(tracks, ours)
 
     def _hear(self, heard: Heard) -> None:
         member = self.members.get(heard.robot)

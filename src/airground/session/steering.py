@@ -12,10 +12,11 @@ from airground.session.headway import Headway
 from airground.session.views import blind_view, steered_view
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from airground.control.command import VelocityCommand
     from airground.control.pilot import PilotTick
+    from airground.control.team import TeamTick
     from airground.session.fleet import Fleet
     from airground.session.session import Session
     from airground.session.tick import RobotView
@@ -47,7 +48,9 @@ class Steering:
         self._headway = {name: Headway() for name in session.members}
         self._strays: dict[str, float] = {}
 
-    def decide(self, others: Sequence[Track]) -> tuple[list[RobotView], dict[str, VelocityCommand]]:
+    def decide(
+        self, others: Sequence[Track]
+    ) -> tuple[dict[str, VelocityCommand], Callable[[], list[RobotView]]]:
         """Decide.
 
         Parameters
@@ -57,29 +60,29 @@ class Steering:
 
         Returns
         -------
-        views : list of RobotView
-            For a person.
         commands : dict of str to VelocityCommand
             For the robots.
+        views : callable
+            To be called next, once: gives what a person is told, which no robot has to wait for.
         """
         session = self._session
         links = {name: self._links(name) for name in session.members}
         if session.drive is not None:
             views = session.drive.tick(session.t, links, others)
-            return views, {view.name: view.command for view in views}
+            return {view.name: view.command for view in views}, lambda: views
         if session.fleet is None:
             views = [blind_view(session.t, one, "none", None) for one in session.members.values()]
-            return views, dict.fromkeys(session.members, STOP)
-        return self._steer(session.fleet, links, others)
-
-    def _steer(
-        self, fleet: Fleet, links: dict[str, Links], others: Sequence[Track]
-    ) -> tuple[list[RobotView], dict[str, VelocityCommand]]:
-        session = self._session
+            return dict.fromkeys(session.members, STOP), lambda: views
+        fleet = session.fleet
         for name, member in session.members.items():
             if fleet.pilot(name).safety.limits.speed_mps != limits_at(member).speed_mps:
                 fleet.set_limits(name, limits_at(member))
         decided = fleet.tick(session.t, links, others)
+        commands = {name: tick.command for name, tick in decided.ticks.items()}
+        return commands, lambda: self._views(fleet, decided)
+
+    def _views(self, fleet: Fleet, decided: TeamTick) -> list[RobotView]:
+        session = self._session
         views = []
         for name, tick in decided.ticks.items():
             busy = fleet.errands[name].controller is not None
@@ -92,7 +95,7 @@ class Steering:
             found = busy and bool(tick.sent.causes)
             self._tell(view, busy=busy, found=found, gives_way=gives_way)
             views.append(view)
-        return views, {name: tick.command for name, tick in decided.ticks.items()}
+        return views
 
     def _astray(self, fleet: Fleet, name: str, tick: PilotTick, *, busy: bool) -> str:
         """Why all robots must stop until a person has looked, in one line; empty where they need not."""

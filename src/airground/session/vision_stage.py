@@ -10,7 +10,7 @@ from airground.session.inputs import Seen
 
 if TYPE_CHECKING:
     from airground.session.clock import SessionClock
-    from airground.vision.eyes import Eyes, Look
+    from airground.vision.eyes import Look, Looks
     from airground.vision.frame import Frame
 
 __all__ = ["VisionStage"]
@@ -23,13 +23,13 @@ class VisionStage:
 
     Parameters
     ----------
-    eyes : Eyes
+    eyes : Looks
         Fresh: have seen no frame.
     clock : SessionClock
         Of the session.
     """
 
-    def __init__(self, eyes: Eyes, clock: SessionClock) -> None:
+    def __init__(self, eyes: Looks, clock: SessionClock) -> None:
         self._eyes = eyes
         self._clock = clock
         self._stamps = StampClock()

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from airground.sim.live_camera import EmbeddedCamera
 from airground.sim.live_clockwork import Clockwork
-from airground.sim.live_robot import EmbeddedRobot
-from airground.sim.live_studio import Studio
+from airground.sim.live_robot import EmbeddedRobot, embedded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -30,19 +29,14 @@ class LiveWorld:
         Belongs to this from now on.
     clock : callable
         The session's: gives seconds.
-    apart : bool
-        Whether pictures are drawn in another process, as a real camera's are made elsewhere.
     """
 
-    def __init__(
-        self, world: EmbeddedWorld, clock: Callable[[], float], *, apart: bool = False
-    ) -> None:
+    def __init__(self, world: EmbeddedWorld, clock: Callable[[], float]) -> None:
         self._clockwork = Clockwork(world, clock)
-        studio = Studio(world) if apart else None
-        self.camera = EmbeddedCamera(self._clockwork, studio=studio)
+        self.camera = EmbeddedCamera(self._clockwork)
         """With the reading interface of `vision.sources.LiveSource`."""
         self.robots: Mapping[str, EmbeddedRobot] = MappingProxyType(
-            {place.name: EmbeddedRobot(place.name, self._clockwork) for place in world.robots}
+            embedded(world.options, self._clockwork)
         )
         """By name, in the order of their tags."""
 

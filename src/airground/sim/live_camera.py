@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from airground.sim.live_clockwork import Clockwork
     from airground.sim.live_pictures import Picture
-    from airground.sim.live_studio import Studio
     from airground.vision.frame import Clock, Frame, ImageArray
 
 __all__ = ["EmbeddedCamera"]
@@ -44,8 +43,6 @@ class EmbeddedCamera:
         For how long there may be no frame before reading raises; an attribute too, that may be changed.
     stall_s : float [s]
         For how long there may be no frame before the state is "lost".
-    studio : Studio, optional
-        Draws in another process; this one does where not given.
     """
 
     frame_count: int | None = None
@@ -58,12 +55,10 @@ class EmbeddedCamera:
         *,
         patience_s: float = 10.0,
         stall_s: float = 1.0,
-        studio: Studio | None = None,
     ) -> None:
         self.patience_s = patience_s
         self._clockwork = clockwork
         self._stall_s = stall_s
-        self._studio = studio
         self._changed = Condition()
         self._closing = Event()
         self._thread = Thread(target=self._run, name="embedded camera", daemon=True)
@@ -168,17 +163,11 @@ class EmbeddedCamera:
             with self._changed:
                 self._bug, self._trace = error, error.__traceback__
                 self._changed.notify_all()
-        finally:
-            if self._studio is not None:
-                self._studio.close()
 
     def _keep_drawing(self) -> None:
         world = self._clockwork.world
-        if self._studio is not None:
-            self._studio.open()
-        else:  # paints the floor, which takes a second; at a time that needs nobody to have driven on
-            world.renderer.clean(world.now - 1.0)
-        draw = world.draw if self._studio is None else self._studio.draw
+        # Paints the floor, which takes a second; at a time that needs nobody to have driven on.
+        world.renderer.clean(world.now - 1.0)
         self._since_s = monotonic()
         with self._changed:
             self._changed.notify_all()
@@ -197,7 +186,7 @@ class EmbeddedCamera:
             picture = ready[-1]
             drawn = picture.index
             try:
-                frame = draw(picture)
+                frame = world.draw(picture)
             except InputError:  # the computer slept, and nobody remembers
                 continue
             # A wait may end a hair too early, and what has not arrived cannot be handed out.

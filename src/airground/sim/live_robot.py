@@ -3,20 +3,37 @@
 from __future__ import annotations
 
 from threading import Lock
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Literal, Protocol, Self
 
 from airground.control.command import STOP, VelocityCommand
 from airground.robots.protocol import RobotLink
+from airground.sim.live_options import robot_places
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from airground.robots.protocol import RobotReading
-    from airground.sim.live_clockwork import Clockwork
+    from airground.sim.live_options import EmbeddedOptions
 
-__all__ = ["EmbeddedRobot"]
+__all__ = ["EmbeddedRobot", "Wire", "embedded"]
 
 LOST_S = 0.5
+
+
+class Wire(Protocol):
+    """The way to a world: the world itself, or a pipe to its process. Any thread may use it."""
+
+    def clock(self) -> float:
+        """Now, on the session's clock [s]."""
+        ...
+
+    def readings(self, name: str) -> list[RobotReading]:
+        """Give what a robot has told and nobody has asked for yet, oldest first; never waits."""
+        ...
+
+    def command(self, name: str, command: VelocityCommand) -> None:
+        """Send a finite command to a robot; never waits."""
+        ...
 
 
 class EmbeddedRobot:
@@ -26,14 +43,16 @@ class EmbeddedRobot:
     ----------
     name : str
         Of a robot of the world.
-    clockwork : Clockwork
-        The world, and what lets it run.
+    wire : Wire
+        The way to it.
+    sideways : bool
+        Whether it has wheels for that.
     """
 
-    def __init__(self, name: str, clockwork: Clockwork) -> None:
+    def __init__(self, name: str, wire: Wire, *, sideways: bool = False) -> None:
         self._name = name
-        self._clockwork = clockwork
-        self._sideways = clockwork.world.options.kind == "omni"
+        self._wire = wire
+        self._sideways = sideways
         self._lock = Lock()  # of the counts; never held while the world is asked
         self._received = self._sent = 0
         self._heard_s: float | None = None
@@ -53,7 +72,7 @@ class EmbeddedRobot:
             if self._closed:
                 state = "closed"
             elif self._heard_s is not None:
-                silent_s = self._clockwork.clock() - self._heard_s
+                silent_s = self._wire.clock() - self._heard_s
                 state = "live" if silent_s <= LOST_S else "lost"
                 note = "" if state == "live" else f"silent for {silent_s:.1f} s"
             return RobotLink(state, received=self._received, sent=self._sent, note=note)
@@ -68,7 +87,7 @@ class EmbeddedRobot:
         """
         if self._closed:
             return []
-        readings = self._clockwork.readings(self._name)
+        readings = self._wire.readings(self._name)
         if readings:
             with self._lock:
                 self._received += len(readings)
@@ -107,7 +126,7 @@ class EmbeddedRobot:
         self._closed = True
 
     def _tell(self, command: VelocityCommand) -> None:
-        self._clockwork.command(self._name, command)
+        self._wire.command(self._name, command)
         with self._lock:
             self._sent += 1
 
@@ -121,3 +140,23 @@ class EmbeddedRobot:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def embedded(options: EmbeddedOptions, wire: Wire) -> dict[str, EmbeddedRobot]:
+    """Make the robots of a world.
+
+    Parameters
+    ----------
+    options : EmbeddedOptions
+        Of it.
+    wire : Wire
+        The way to it.
+
+    Returns
+    -------
+    robots : dict of str to EmbeddedRobot
+        By name, in the order of their tags.
+    """
+    sideways = options.kind == "omni"
+    places = robot_places(options)
+    return {place.name: EmbeddedRobot(place.name, wire, sideways=sideways) for place in places}
