@@ -157,8 +157,10 @@ def _look(pipe: Connection, make: Callable[[], Eyes]) -> None:
         image = images.read(mark)
         assert image is not None  # who asks waits for the answer before it writes the next
         assert image is not None, "who wrote it waits for the answer"
-        pipe.send(trouble or _tried(partial(_answer, made, image, about)))
-        trouble = _tried(made.look_around)  # nobody waits now
+        answer = trouble or _tried(partial(_answer, made, image, about))
+        pipe.send(answer)
+        # Nobody waits now. What goes wrong is told the next time.
+        trouble = None if isinstance(answer, _Failure) else _tried(made.look_around)
 
 
 def _answer(eyes: Eyes, image: ImageArray, about: tuple[Any, ...]) -> tuple[Any, ...]:

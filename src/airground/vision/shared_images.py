@@ -44,6 +44,8 @@ class SharedImages:
         self._images: ImageArray | None = np.ndarray(
             (count, *shape), np.uint8, self._memory.buf, offset=marks
         )
+        if self._made:
+            self._marks[:] = NO_MARK
 
     @property
     def name(self) -> str:
