@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -234,7 +234,8 @@ class Pilot:
         trouble = ""
         if wish.guidance is not None:
             trouble = self.state_filter.trouble or wish.guidance.trouble
-        known = wish.searching or isfinite(wish.state.theta + float(wish.state.uv.sum()))
+        u, v = wish.state.uv.tolist()
+        known = wish.searching or isfinite(wish.state.theta + u + v)
         situation = Situation(
             t=wish.t,
             state=wish.state if known else None,  # the filter says why there is none
@@ -263,19 +264,20 @@ class Pilot:
             return command
         state, sigma = wish.state, 0.0
         if state.covariance is not None:
-            sigma = sqrt(max(float(state.covariance[3, 3]), 0.0))
+            sigma = sqrt(max(state.covariance.item(3, 3), 0.0))
         v, self.speed_memory = self.speed_hold.step(
             self.speed_memory, command.v, state.v, wish.dt, sigma_mps=sigma
         )
-        return replace(command, v=v)
+        return VelocityCommand(v, command.omega, command.lateral)
 
     def _stuck(self, t: float) -> str:
         """Why it is taken to be stuck: to the filter, wheels that turn on the spot look like a robot carried back."""
-        jumps = self.state_filter.counts.jumps
+        jumps = self.state_filter.jumps
         if jumps != self._jumps and t - self._moved_t < STUCK_S / 4:
             self._jumped_t.append(t)
         self._jumps = jumps
-        self._jumped_t = [k for k in self._jumped_t if t - k < STUCK_S]
+        if self._jumped_t:
+            self._jumped_t = [k for k in self._jumped_t if t - k < STUCK_S]
         if len(self._jumped_t) < STUCK:
             return ""
         return f"for the {STUCK}nd time within {STUCK_S:g} s it is not where its wheels have it: blocked, or carried"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING
 
@@ -112,25 +112,22 @@ class Team:
         return TeamTick(ticks, separated)
 
     def _body(self, name: str, wish: Wish) -> Body:
-        member = self.members[name]
-        body = Body.seen(
+        member, state = self.members[name], wish.state
+        # What it was told, not what it does by now: of a drive that lags, a step's gain of speed on the latter would be
+        # a fraction of what it can do. `SeparationFilter.reaction_s` is what covers the lag.
+        known = isfinite(state.v + state.omega)
+        return Body.seen(
             member.pilot.state_filter.floor,
-            wish.state,
+            state,
             radius_m=member.radius_m,
             limits=member.pilot.safety.limits,
             omnidirectional=member.omnidirectional,
+            told=member.pilot.memory.sent if known else None,
         )
-        # What it was told, not what it does by now: of a drive that lags, a step's gain of speed on the latter would be
-        # a fraction of what it can do. `SeparationFilter.reaction_s` is what covers the lag.
-        told = member.pilot.memory.sent
-        if not isfinite(body.v + body.omega):
-            return body
-        return replace(body, v=told.v, omega=told.omega, lateral=told.lateral)
 
     def _aim(self, name: str, wish: Wish) -> tuple[float, float] | None:
         if wish.guidance is None:
             return None
-        x, y = (
-            self.members[name].pilot.state_filter.floor.position(wish.guidance.wanted_uv).tolist()
-        )
+        floor = self.members[name].pilot.state_filter.floor
+        x, y = floor.position_of(*wish.guidance.wanted_uv.tolist())
         return (x, y) if isfinite(x + y) else None

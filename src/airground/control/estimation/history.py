@@ -5,7 +5,7 @@ Everything is a pure function of the sorted data and the commands, so the order 
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from math import ceil, inf
 from typing import TYPE_CHECKING
 
@@ -152,7 +152,8 @@ class History:
             What it says.
         """
         self.commands.add(t, command)
-        del self._moments[bisect_right(self._data, t, key=lambda datum: datum.t) :]
+        if t < self._newest:
+            del self._moments[bisect_right(self._data, t, key=lambda datum: datum.t) :]
         if len(self.commands) > _MOST_COMMANDS:  # nothing was seen or read for long
             self.commands.forget(t - self.options.longest_gap_s)
 
@@ -164,20 +165,27 @@ class History:
         moment : Moment or None
             None before any datum.
         """
-        for datum in self._data[len(self._moments) :]:
-            before = self._moments[-1] if self._moments else self._base
-            if before is None:
-                before = Moment.first(datum.t, self.options)
-            self._moments.append(absorb(before, datum, self.commands, self.options))
-        oldest = max(
-            bisect_left(self._data, self._newest - self.options.window_s, key=lambda d: d.t),
-            len(self._data) - _MOST_DATA,
-        )
+        data, moments = self._data, self._moments
+        if len(moments) < len(data):
+            before = moments[-1] if moments else self._base
+            for datum in data[len(moments) :]:
+                if before is None:
+                    before = Moment.first(datum.t, self.options)
+                before = absorb(before, datum, self.commands, self.options)
+                moments.append(before)
+            self._forget()
+        return moments[-1] if moments else self._base
+
+    def _forget(self) -> None:
+        """Let go of data that nothing can come before any more."""
+        old = self._newest - self.options.window_s
+        oldest = max(0, len(self._data) - _MOST_DATA)
+        while self._data[oldest].t < old:  # seldom more than one; the newest is never old
+            oldest += 1
         if oldest > 0:
             self._base = self._moments[oldest - 1]
             del self._data[:oldest], self._moments[:oldest]
             self.commands.forget(self._base.t)
-        return self._moments[-1] if self._moments else self._base
 
     def at(self, t: float) -> Moment | None:
         """Belief at a time, from all data up to it.

@@ -195,10 +195,10 @@ def absorb(moment: Moment, datum: Datum, commands: CommandLine, options: StateOp
         moment = _sighted(moment, (x, y), (xx, xy, yy), options)
     elif moment.belief is not None:
         belief, doubted = correct(moment.belief, datum.values, options)
-        moment = moment._replace(belief=belief)
+        tally = moment.tally
         if doubted:
-            tally = moment.tally._replace(readings=moment.tally.readings + doubted)
-            moment = moment._replace(tally=tally)
+            tally = tally._replace(readings=tally.readings + doubted)
+        moment = Moment(moment.t, belief, None, moment.seen_t, moment.strays, tally)
     elif moment.start is not None:
         moment = moment._replace(start=moment.start.read(datum.t, datum.values))
     return moment

@@ -101,4 +101,5 @@ def _inverse(S: list[list[float]]) -> FloatArray:
     A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
     D, E, F = a * f - c * c, b * c - a * e, a * d - b * b
     det = a * A + b * B + c * C
-    return np.array([[A, B, C], [B, D, E], [C, E, F]]) / det
+    A, B, C, D, E, F = A / det, B / det, C / det, D / det, E / det, F / det
+    return np.array((A, B, C, B, D, E, C, E, F)).reshape(3, 3)

@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from airground.control.command import VelocityCommand
     from airground.control.estimation.model import Gaussian
     from airground.control.floor import Floor
-    from airground.geometry.arrays import FloatArray
 
 __all__ = ["StateFilter"]
 
@@ -108,17 +107,16 @@ class StateFilter:
                 raise InputError(f"covariance must have shape (2, 2), not {C.shape}")
             (a, b), (c, d) = C.tolist()
             b = 0.5 * (b + c)
-        xy = self.floor.position(point)
-        if not (isfinite(t) and isfinite(xy[0] + xy[1]) and a > 0 and d > 0 and a * d >= b * b):
-            return self._refuse()
         u, v = point.tolist()
+        x, y = self.floor.position_of(u, v)
+        if not (isfinite(t) and isfinite(x + y) and a > 0 and d > 0 and a * d >= b * b):
+            return self._refuse()
         (i00, i10), (i01, i11) = (self._image.to_ground(u, v, *e) for e in ((1, 0), (0, 1)))
         xx = i00 * i00 * a + 2 * i00 * i01 * b + i01 * i01 * d
         xy_ = i00 * i10 * a + (i00 * i11 + i01 * i10) * b + i01 * i11 * d
         yy = i10 * i10 * a + 2 * i10 * i11 * b + i11 * i11 * d
         if not 0 < xx + yy < 1e6:  # a kilometre says nothing
             return self._refuse()
-        x, y = xy.tolist()
         return self._add(Datum(float(t), SIGHTING, (x, y, xx + 1e-12, xy_, yy + 1e-12)))
 
     def read(
@@ -222,12 +220,12 @@ class StateFilter:
             raise InputError(f"t must be a finite time in seconds, not {t}")
         self._asked_t = max(self._asked_t, t)
         moment = self._history.at(t)
-        nowhere = RobotState(t, np.array([nan, nan]), nan, nan, nan)
-        if moment is None:
-            return nowhere
-        if moment.belief is None:
-            return self._headless(t, moment) or nowhere
-        return _state(self.floor, t, moment.belief, moment.seen_t) or nowhere
+        state = None
+        if moment is not None and moment.belief is not None:
+            state = _state(self.floor, t, moment.belief, moment.seen_t)
+        elif moment is not None:
+            state = self._headless(t, moment)
+        return state or RobotState(t, np.array([nan, nan]), nan, nan, nan)
 
     def _headless(self, t: float, moment: Moment) -> RobotState | None:
         assert moment.start is not None
@@ -280,6 +278,12 @@ class StateFilter:
         return (1 + mean[5], 1 + mean[6]) if mean else (1.0, 1.0)
 
     @property
+    def jumps(self) -> int:
+        """`StateCounts.jumps` alone, for those who ask at every tick."""
+        moment = self._history.settle()
+        return 0 if moment is None else moment.tally.jumps
+
+    @property
     def counts(self) -> StateCounts:
         """What was refused, and how often it began anew."""
         moment = self._history.settle()
@@ -298,17 +302,9 @@ class StateFilter:
 def _state(floor: Floor, t: float, belief: Gaussian, seen_t: float) -> RobotState | None:
     """The belief as controllers read it; None where the axle is not on ground that the camera sees."""
     x, y, theta, v, omega, *_ = belief.mean
-    uv: FloatArray = floor.pixel((x, y))
-    if not isfinite(uv[0] + uv[1]):
+    u, v_image = floor.pixel_of(x, y)
+    if not isfinite(u + v_image):
         return None
-    P = belief.covariance[:5, :5]
-    return RobotState(
-        t,
-        uv,
-        remainder(theta, 2 * pi),
-        v,
-        omega,
-        belief.mean[LATERAL],
-        0.5 * (P + P.T),
-        seen_t,
-    )
+    P, turned = belief.covariance[:5, :5], remainder(theta, 2 * pi)
+    covariance, lateral = 0.5 * (P + P.T), belief.mean[LATERAL]
+    return RobotState(t, np.array((u, v_image)), turned, v, omega, lateral, covariance, seen_t)

@@ -217,10 +217,11 @@ class PointToPoint:
         index = min(int(progress), count - 1)
         u, v = state.uv.tolist()
         while True:
-            trouble = self._trouble(index, u, v, state)
-            if trouble:
-                return Guidance(STOP, progress, False, nan, nan, self.goals_uv[index], trouble)
             dx, dy = self._image.displacement(u, v, *self._goals[index])
+            if not isfinite(dx + dy + state.theta + state.v + state.omega):
+                trouble = self._trouble(index, u, v, state)
+                if trouble:
+                    return Guidance(STOP, progress, False, nan, nan, self.goals_uv[index], trouble)
             if index == count - 1 or hypot(dx, dy) > self.passing_m:
                 break
             index += 1

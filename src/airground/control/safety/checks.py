@@ -127,7 +127,7 @@ def state_causes(
         now.t, state.seen_t, bounds.track_s, (StopReason.TRACK, "robot was seen"), bounds
     )
     uncertain, sigma = _sigma_causes(state, bounds)
-    x, y = floor.position(state.uv).tolist()
+    x, y = floor.position_of(u, v)
     if not (isfinite(x) and isfinite(y)):
         line = f"({u:.0f}, {v:.0f}) px is on the horizon or beyond"
         return [*causes, (StopReason.HORIZON, line), *uncertain], None

@@ -178,33 +178,29 @@ def _half_planes(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], ComplexArray, FloatArray]:
     """Bounds on velocities along normals: relative ones of pairs, then those of robots alone."""
     (i, j, apart), walls, passing = around.pairs, around.walls, around.passing
-    blocks, other = [], j
-    if len(i):
-        cones = _cones(
-            robots.at[j] - robots.at[i],
-            velocity[i] - velocity[j],
-            apart + courtesy.extra_m,
-            courtesy,
-            hand,
-        )
-        slides = cones.slide < 0
-        blocks.append((i, cones.normal, cones.bound))
-        if slides.any():
-            blocks.append((i[slides], cones.aside[slides], cones.slide[slides]))
-            other = np.concatenate([j, j[slides]])
+    pairs, who, other, theirs = len(i), i, j, velocity[j]
+    place, keep = robots.at[j], apart
     if len(passing.who):
-        theirs = around.passing_dot
-        cones = _cones(
-            passing.start - robots.at[passing.who],
-            velocity[passing.who] - theirs,
-            passing.apart + courtesy.extra_m,
-            courtesy,
-            hand,
-        )
-        slides = cones.slide < 0
-        blocks.append((passing.who, cones.normal, cones.bound + dot(cones.normal, theirs)))
-        least = cones.slide + dot(cones.aside, theirs)
-        blocks.append((passing.who[slides], cones.aside[slides], least[slides]))
+        who = np.concatenate([i, passing.who])
+        theirs = np.concatenate([theirs, around.passing_dot])
+        place = np.concatenate([place, passing.start])
+        keep = np.concatenate([apart, passing.apart])
+    blocks = []
+    if len(who):
+        way, closing = place - robots.at[who], velocity[who] - theirs
+        cones = _cones(way, closing, keep + courtesy.extra_m, courtesy, hand)
+        normal, bound, aside, slide = cones
+        slides = slide < 0
+        if len(who) > pairs:  # passers-by heed nobody: bounds on the robots' own velocities
+            bound[pairs:] += dot(normal[pairs:], theirs[pairs:])
+            slide[pairs:] += dot(aside[pairs:], theirs[pairs:])
+        if slides.any():
+            other = np.concatenate([j, j[slides[:pairs]]])
+        for part in (slice(pairs), slice(pairs, None)):  # pairs first
+            blocks.append((who[part], normal[part], bound[part]))
+            pick = slides[part]
+            if pick.any():
+                blocks.append((who[part][pick], aside[part][pick], slide[part][pick]))
     if len(walls.who):
         gap, facing = point_gap(robots.at[walls.who], walls.start, walls.end)
         blocks.append((walls.who, facing, np.maximum(gap - walls.apart, 0.0) / courtesy.settle_s))

@@ -65,6 +65,7 @@ class Body:
         radius_m: float,
         limits: Limits,
         omnidirectional: bool = False,
+        told: VelocityCommand | None = None,
     ) -> Self:
         """Build it from what is believed of a robot in the image.
 
@@ -80,13 +81,16 @@ class Body:
             What it may do.
         omnidirectional : bool
             Whether it drives sideways too.
+        told : VelocityCommand, optional
+            How it moves; as the state has it where not given.
 
         Returns
         -------
         body : Body
             NaN where the state is, or is not on visible ground.
         """
-        x, y = floor.position(state.uv).tolist()
+        x, y = floor.position_of(*state.uv.tolist())
+        moves = state if told is None else told
         sigma = 0.0
         if state.covariance is not None:
             (a, b), (_, d) = state.covariance[:2, :2].tolist()
@@ -96,9 +100,9 @@ class Body:
         return cls(
             (x, y),
             state.theta,
-            state.v,
-            state.omega,
-            state.lateral,
+            moves.v,
+            moves.omega,
+            moves.lateral,
             radius_m,
             sigma,
             limits,
