@@ -24,6 +24,7 @@ from airground.sim.live_options import FAMILY, EmbeddedOptions
 from airground.sim.live_world import EmbeddedWorld
 from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes
+from airground.vision.eyes_apart import EyesApart
 from airground.vision.tracker import Tracker
 from peers.waiting_clock import WaitingClock
 from session_runs import GOOD_WHEELS, known_calibration
@@ -58,6 +59,12 @@ LOOKS_S, STEPS_S = (
     0.1,
 )  # how far the world runs on before it is looked at, and before the loop steps
 CAMERA_HZ = 10.0
+WANTED_SIGMA = 0.1  # a calibration is good enough for a page sooner than for a customer
+
+
+def eyes() -> Eyes:
+    """Make what looks at the embedded world's pictures."""
+    return Eyes(make_detector(f"tag:family={FAMILY}"), Tracker())
 
 
 def open_chromium() -> Iterator[Browser]:
@@ -88,12 +95,15 @@ class TrueSite:
         self.image_t = -inf
         self.camera = world.camera
         self.world = LiveWorld(world, clock)
+        self._eyes = EyesApart(eyes)
         robots = embedded_robots(world, speed_mps=0.4)
-        session = SessionOptions(robots, name="embedded world", bounds=BOUNDS)
+        session = SessionOptions(
+            robots, name="embedded world", bounds=BOUNDS, wanted_sigma=WANTED_SIGMA
+        )
         self.live = LiveSession(
             Session(session, known_calibration(world) if calibrated else None),
             self.world.camera,
-            Eyes(make_detector(f"tag:family={FAMILY}"), Tracker()),
+            self._eyes,
             self.world.robots,
             clock=clock,
         )
@@ -137,6 +147,7 @@ class TrueSite:
 
     def __enter__(self) -> Self:
         with self._life as life:
+            life.enter_context(self._eyes)
             life.enter_context(self.world)
             life.callback(self.live.close)
             self.live.listen(self._hear)
