@@ -15,7 +15,6 @@ import pytest
 
 from airground.session.stepped import embedded_robots
 from airground.sim.live_world import EmbeddedWorld
-from peers.browser import LAPTOP, PATIENCE_S, PHONE, Console, TrueSite, curve, off_line
 from peers.browser import (
     LAPTOP,
     PATIENCE_S,
@@ -26,6 +25,7 @@ from peers.browser import (
     curve,
     off_line,
 )
+from peers.relay import Relay
 from session_runs import STANDS_MPS, known_calibration
 
 if TYPE_CHECKING:
