@@ -217,13 +217,13 @@ def _moved(views: _Views, step: Step) -> _Views:
     """Take a step."""
     alive = views.alive
     step.change[~alive] = 0.0
-    bounded = np.clip(step.change[:, :10], -MOST_CHANGE, MOST_CHANGE)
+    bounded = np.minimum(np.maximum(step.change[:, :10], -MOST_CHANGE), MOST_CHANGE)
     D = np.zeros((len(alive), 9))
     D[:, :8] = bounded[:, :8]
     moved = views.H + views.H @ D.reshape(-1, 3, 3)
     alive &= np.abs(moved[:, 2, 2]) > 1e-6
     moved[~alive] = views.H[~alive]
-    blur = np.clip(views.blur + bounded[:, 8:], *BLUR_RANGE)
+    blur = np.minimum(np.maximum(views.blur + bounded[:, 8:], BLUR_RANGE[0]), BLUR_RANGE[1])
     return views._replace(H=moved / moved[:, 2:, 2:], blur=blur)
 
 

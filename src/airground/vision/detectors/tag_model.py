@@ -127,17 +127,20 @@ def pixels_of(
         q = H[:, :, :2] @ (base + near[:, None, None] * off + rim[:, None, None] * out)
         q += H[:, :, 2:]
         uv = np.rint(q[:, :2] / q[:, 2:])
-        within = (uv >= 0).all(axis=1) & (uv[:, 0] < shape[1]) & (uv[:, 1] < shape[0])
-        within &= (q[:, 2:] > 0).all(axis=2)
-    place = np.where(within, uv[:, 1] * shape[1] + uv[:, 0], -1).astype(np.intp)
+        u, v = uv[:, 0], uv[:, 1]
+        within = (u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0])
+        within &= (q[:, 2] > 0).all(axis=1)[:, None]
+    place = np.where(within, v * shape[1] + u, -1).astype(np.intp)
     place.sort(axis=1)
     there = np.ones(place.shape, dtype=np.bool_)
     there[:, 1:] = place[:, 1:] != place[:, :-1]
     there &= place >= 0
     if count > COARSE * most:
         place, there = _thinned(place, there, most)
-    v, u = np.divmod(np.where(there, place, np.maximum(place.max(axis=1), 0)[:, None]), shape[1])
-    return np.stack([u, v]), there
+    pixels = np.empty((2, *place.shape), dtype=np.intp)
+    some = np.maximum(place.max(axis=1), 0)[:, None]
+    np.divmod(np.where(there, place, some), shape[1], out=(pixels[1], pixels[0]))
+    return pixels, there
 
 
 @cache
@@ -220,13 +223,13 @@ def design_of(
     sharp = 1 / (steep * (blur_px * half).astype(np.float32)[:, :, None])
     offset = xy * half
     offset += half + 1  # in cells, from the edge of the margin
-    cell = np.clip(offset, 1, cells).astype(np.int32)
+    cell = np.minimum(np.maximum(offset, 1), cells).astype(np.int32)
     offset -= cell
     # How much of a pixel falls beyond its own cell's first edge and its last; and the derivatives of that.
     z = np.empty((2, *offset.shape), dtype=np.float32)
     np.multiply(offset, sharp, out=z[0])
     np.subtract(z[0], sharp, out=z[1])
-    np.clip(z, -CUTOFF, CUTOFF, out=z)
+    np.minimum(np.maximum(z, -CUTOFF, out=z), CUTOFF, out=z)
     square = z * z
     share = np.empty((3, *z.shape), dtype=np.float32)
     share[0] = _rise(z, square)
@@ -242,8 +245,9 @@ def design_of(
     rows[0] += block[:, 0]
     pixel = rows[:, None, 1] * ay + rows[:, None, 2] * by_
     pixel[:, 0] += rows[:, 0]
-    slope = pixel[[1, 0], [0, 1]] * sharp.swapaxes(0, 1)
-    slope *= half
+    slope = (half * sharp).swapaxes(0, 1)
+    slope[0] *= pixel[1, 0]
+    slope[1] *= pixel[0, 1]
     # A round blur in the image is a slanted one on a tag that is seen from the side: the normal distribution of two
     # variables by powers of their correlation (Pearson's tetrachoric series).
     pattern = pixel[0, 0] + slant * (pixel[1, 1] + np.float32(0.5) * slant * pixel[2, 2])

@@ -307,7 +307,7 @@ def _response(t: FloatArray, manoeuvre_s: float) -> FloatArray:
     """Position, velocity and acceleration some time after a unit of acceleration."""
     s = t / manoeuvre_s
     gone = np.expm1(-s)
-    return np.stack([manoeuvre_s**2 * (s + gone), -manoeuvre_s * gone, 1 + gone])
+    return np.array([manoeuvre_s**2 * (s + gone), -manoeuvre_s * gone, 1 + gone])
 
 
 def log_normal_2(off: FloatArray, covariance: FloatArray) -> FloatArray:

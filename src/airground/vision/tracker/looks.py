@@ -122,7 +122,7 @@ class Looks:
         keep, reach = 1 + gone, -TURN_S * gone
         ago = 0.5 * dt * (NODES + 1)
         turned = -TURN_S * np.expm1(-ago / TURN_S)
-        kicks = np.stack([turned, 1 - turned / TURN_S])
+        kicks = np.array([turned, 1 - turned / TURN_S])
         noise = (kicks * (dt * WEIGHTS / TURN_S * TURN_RATE**2)) @ kicks.T
         step = np.array(
             [[1, 2 * reach, reach**2], [0, keep, keep * reach], [0, 0, keep**2]]  # of hh, hr, rr
@@ -158,7 +158,7 @@ class Looks:
         heading = _log_normal(off, np.minimum(variance, 3.0)) + LOG_2PI
         off = _log_sizes_of(sightings)[columns] - self.size[tracks, 0]
         size = _log_normal(off, self.size[tracks, 1] + self.scatter[tracks]) + LOG_RANGE
-        parts = np.maximum(np.stack([heading, size]), WORST)
+        parts = np.maximum(np.array([heading, size]), WORST)
         parts[np.isnan(parts)] = 0.0
         log_ratio: FloatArray = parts[0] + parts[1]
         return log_ratio
@@ -196,7 +196,7 @@ class Looks:
         gain, slope = hh / (hh + noise), hr / (hh + noise)
         angle[rows, 0] = wrap(angle[rows, 0] + gain * off)
         angle[rows, 1] += slope * off
-        spread[rows] = np.stack([gain * noise, hr * (1 - gain), rr - slope * hr], axis=1)
+        spread[rows] = np.array([gain * noise, hr * (1 - gain), rr - slope * hr]).T
 
         first = np.isnan(size[tracks, 0])
         if first.any():
@@ -209,7 +209,7 @@ class Looks:
         before[:, 0] += part * off
         before[:, 1] *= 1 - part
         size[rows] = before
-        scatter[rows] = np.clip(0.95 * loose + 0.05 * off**2, 0.05**2, 0.5**2)
+        scatter[rows] = np.minimum(np.maximum(0.95 * loose + 0.05 * off**2, 0.05**2), 0.5**2)
         return type(self)(angle, spread, size, scatter)
 
 
