@@ -50,6 +50,12 @@ class Around(NamedTuple):
     clearance_m: float
     """Least gap between discs, or a disc and a boundary [m]; margins left out."""
 
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is near any robot."""
+        near = (self.pairs.first, self.walls.who, self.strays.who, self.passing.who)
+        return not any(map(len, near))
+
 
 def look_around(
     robots: Fleet,

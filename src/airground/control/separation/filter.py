@@ -153,6 +153,8 @@ class SeparationFilter:
             reach=pace * np.maximum(stopping, max(self.passing_s, polite.horizon_s)),
             wall_reach=pace * np.maximum(stopping, polite.settle_s),
         )
+        if around.empty:
+            return _free(reachable(robots, asked, dt), around.clearance_m)
         steered = asked
         if self.courtesy is not None:
             desire = desires(robots, asked, aims, self.courtesy)
@@ -185,6 +187,13 @@ class SeparationFilter:
             command = VelocityCommand(drive.real, turn, drive.imag)
             answers.append(Separated(command, reason, changed[k]))
         return Separation(tuple(answers), around.clearance_m, trouble)
+
+
+def _free(motion: Motion, clearance_m: float) -> Separation:
+    """Robots with nothing near them do what they shall."""
+    each = zip(motion.drive.tolist(), motion.turn.tolist(), strict=True)
+    answers = (Separated(VelocityCommand(drive.real, turn, drive.imag)) for drive, turn in each)
+    return Separation(tuple(answers), clearance_m)
 
 
 def _off(robots: Fleet, chosen: Motion, other: Motion) -> list[float]:

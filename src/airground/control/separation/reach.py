@@ -167,9 +167,10 @@ def fleet(bodies: Sequence[Body]) -> Fleet:
     robots : Fleet
         In the same order.
     """
-    rows = []
+    rows, any_omni, any_car = [], False, False
     for b in bodies:
         m = b.limits
+        any_omni, any_car = any_omni or b.omnidirectional, any_car or m.turn_radius_m > 0
         bend = 1.0 / m.turn_radius_m if m.turn_radius_m > 0 else np.inf
         rows.append(
             (*b.xy, b.theta, b.v, b.lateral, b.omega, b.radius_m, b.sigma_m, b.omnidirectional)
@@ -179,8 +180,6 @@ def fleet(bodies: Sequence[Body]) -> Fleet:
     x, y, theta, v, lateral, omega, radius, sigma, omni, *limits = np.array(rows).T
     motion = Motion(v + 1j * lateral, omega)
     facing, pace = np.exp(1j * theta), np.abs(motion.drive)
-    any_omni = any(b.omnidirectional for b in bodies)
-    any_car = any(b.limits.turn_radius_m > 0 for b in bodies)
     numbers = (*limits, facing, pace, any_omni, any_car)
     return Fleet(x + 1j * y, theta, motion, radius, sigma, omni > 0, *numbers)
 
