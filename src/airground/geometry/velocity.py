@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.geometry.arrays import homogeneous, points
+from airground.geometry.arrays import points
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -199,16 +199,20 @@ def image_velocity_gradient(g: FloatArray, uv: ArrayLike, xy_dot: ArrayLike) -> 
         ``D[..., k, 2 * i + j]`` is the derivative of component k by ``g[i, j]``.
     """
     uv, xy_dot = points(uv, "uv"), points(xy_dot, "xy_dot")
-    c = homogeneous(uv)
     heading = np.einsum("...ij,...j->...i", g, xy_dot)
     image = heading[..., :2] - uv * heading[..., 2:]  # [I | -(u, v)] g w
+    u, v = uv[..., 0], uv[..., 1]
+    (a, b), (c, d), (e, f) = ((g[..., k, 0], g[..., k, 1]) for k in range(3))
     # (n.c) is a triple product: its derivative by G1 is G2 x c, by G2 it is c x G1.
-    nc_g = np.stack([_cross(g[..., 1], c), _cross(c, g[..., 0])], axis=-1)  # (..., 3, 2)
-    P = np.concatenate([np.broadcast_to(_EYE, (*uv.shape, 2)), -uv[..., None]], axis=-1)
-    first = np.einsum("...k,...ij->...kij", image, nc_g)
-    second = np.einsum("...,...ki,...j->...kij", nearness(g, uv), P, xy_dot)
-    total = first + second
-    return np.asarray(total.reshape(*total.shape[:-2], 6))
+    by_g = (d - f * v, e * v - c, f * u - b, a - e * u, b * v - d * u, c * u - a * v)
+    nc_g = np.stack(by_g, axis=-1)
+    nc_g = nc_g.reshape(*nc_g.shape[:-1], 1, 3, 2)
+    total = image[..., :, None, None] * nc_g  # (..., 2, 3, 2)
+    turn = nearness(g, uv)[..., None] * xy_dot  # n.c times the derivative of g w
+    total[..., 0, 0, :] += turn
+    total[..., 1, 1, :] += turn
+    total[..., 2, :] -= uv[..., :, None] * turn[..., None, :]
+    return np.asarray(total.reshape(*total.shape[:-3], 2, 6))
 
 
 def image_velocity_by_point(g: FloatArray, uv: ArrayLike, xy_dot: ArrayLike) -> FloatArray:
