@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import time
 from typing import TYPE_CHECKING
@@ -33,6 +34,8 @@ class Touchy:
             raise UndeterminedError("nothing can be said of frame 2")
         if frame.index == 3:
             raise KeyError("three")
+        if frame.index == 10:
+            raise InputError(f"{gc.get_freeze_count()} frozen")
         if frame.index == 4:
             os._exit(1)
         return Sightings.round(frame.t, [[10 + frame.index, 40]], 0.5)

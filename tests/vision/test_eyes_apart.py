@@ -133,6 +133,7 @@ def test_trouble_with_a_frame_is_told_and_the_next_is_looked_at() -> None:
         for index, kind, line in (
             (1, InputError, "^frame 1 is not well formed$"),
             (2, AirgroundError, "^nothing can be said of frame 2$"),
+            (10, InputError, r"^[1-9][0-9]{4,} frozen$"),  # no garbage is looked for among modules
             (3, RuntimeError, r"(?s)^KeyError\('three'\).*in detect"),
         ):
             with pytest.raises(kind, match=line) as raised:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import traceback
 from dataclasses import dataclass
 from functools import partial
@@ -145,6 +146,8 @@ def _look(pipe: Connection, make: Callable[[], Eyes]) -> None:
     """Look at what comes until the other side is gone."""
     use_threads(1)  # threads of one image would wait for each other where cores are busy
     made = _tried(make)
+    gc.collect()
+    gc.freeze()  # what there is now stays: nobody waits for the collector to look through it
     pipe.send(made if isinstance(made, _Failure) else None)
     images: SharedImages | None = None
     trouble: Any = None

@@ -36,7 +36,7 @@ def taken(detector: TagDetector, now: Frame) -> Sightings:
 def searches(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the searches that were made."""
     made: list[str] = []
-    for name in ("find", "find_part"):
+    for name in ("find", "find_part", "glance"):
         before = getattr(TagSearch, name)
 
         def noted(*arguments: object, _name: str = name, _before: object = before, **more: object):  # type: ignore[no-untyped-def]
@@ -101,7 +101,7 @@ def test_of_tags_that_jumped_one_is_looked_for_at_once(
     searches.clear()
     seen = detector.follow(now)
     assert seen.labels == ("1", "2")
-    assert searches == ["find"]
+    assert searches == ["glance"]
     assert_allclose(seen.uv[1], jumped[2], atol=0.1)
     detector.look_around()
     seen = detector.follow(shown(3, rng, jumped))

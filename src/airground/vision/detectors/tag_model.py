@@ -129,7 +129,7 @@ def pixels_of(
         uv = np.rint(q[:, :2] / q[:, 2:])
         u, v = uv[:, 0], uv[:, 1]
         within = (u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0])
-        within &= (q[:, 2] > 0).all(axis=1)[:, None]
+        within &= (q[:, 2] > 0).all(axis=1, keepdims=True)
     place = np.where(within, v * shape[1] + u, -1).astype(np.intp)
     place.sort(axis=1)
     there = np.ones(place.shape, dtype=np.bool_)

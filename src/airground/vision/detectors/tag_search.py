@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from airground.vision.detectors.tag_parts import Part
     from airground.vision.frame import ImageArray
 
+    Window = tuple[int, int, int, int]
+
 __all__ = ["Candidate", "TagSearch", "grey_part"]
 
 SMALL_PX = 32.0  # side of a tag that may deserve a closer look
@@ -83,12 +85,32 @@ class TagSearch:
         candidates : list of Candidate
             False ones are among them: random texture decodes now and then.
         """
-        left, top, right, bottom = window or (0, 0, image.shape[1], image.shape[0])
+        return self._find(image, window or (0, 0, image.shape[1], image.shape[0]), MOST_LOOKS)
+
+    def glance(self, image: ImageArray, window: Window) -> list[Candidate]:
+        """Find and decode tags in a hurry: few small quadrilaterals get a closer look.
+
+        Parameters
+        ----------
+        image : (H, W) or (H, W, 3) array
+            The image.
+        window : tuple of int
+            As for `find`.
+
+        Returns
+        -------
+        candidates : list of Candidate
+            As of `find`.
+        """
+        return self._find(image, window, PART_LOOKS)
+
+    def _find(self, image: ImageArray, window: Window, looks: int) -> list[Candidate]:
+        left, top, right, bottom = window
         if min(right - left, bottom - top) < 2 * self._least_side_px:
             return []
         part = grey_part(image, (left, top, right, bottom))
         found, rejected = self._decode(part, self._least_side_px, SMALL_WINDOWS)
-        found += self._closer_look(part, rejected)
+        found += self._closer_look(part, rejected, looks)
         if min(part.shape) > 2 * LARGE_PX:
             found += self._from_afar(part, found)
         return [Candidate(family, number, quad + (left, top)) for family, number, quad in found]

@@ -120,7 +120,7 @@ class TagDetector:
         dt = self._begin(frame)
         tags, missed = self._follow(frame.image, dt)
         for window, old in missed:
-            tags += self._accept(frame.image, self._find_again(frame.image, window, old))
+            tags += self._accept(frame.image, _alike(self._search.find(frame.image, window), old))
         return self._complete(frame, distinct(tags, self._least_side_px), dt)
 
     def follow(self, frame: Frame) -> Sightings:
@@ -139,8 +139,10 @@ class TagDetector:
         dt = self._begin(frame)
         tags, missed = self._follow(frame.image, dt, HASTY_STEPS)
         if missed and pixels_in(missed[0][0]) <= HASTY_PIXELS:
-            window, old = missed.pop(0)
-            tags += self._accept(frame.image, self._find_again(frame.image, window, old))
+            window, old = missed[0]
+            again = _alike(self._search.glance(frame.image, window), old)
+            tags += self._accept(frame.image, again)
+            missed = missed[1:] if again else missed
         tags = distinct(tags, self._least_side_px)
         if not tags:
             return self._complete(frame, tags, dt)
@@ -241,13 +243,6 @@ class TagDetector:
             missed.append((window_around(q[:, :2] / q[:, 2:], image.shape), old))
         return tags, missed
 
-    def _find_again(self, image: ImageArray, window: Window, old: PlacedTag) -> list[Candidate]:
-        return [
-            found
-            for found in self._search.find(image, window)
-            if (found.family, found.number) == (old.family, old.number)
-        ]
-
     def _accept(self, image: ImageArray, candidates: list[Candidate]) -> list[PlacedTag]:
         if not candidates:
             return []
@@ -335,3 +330,8 @@ def detect_family(frames: Iterable[Frame], names: Sequence[str] = (*APRILTAG, *A
             total[name] = total.get(name, 0) + 1
     enough = [name for name in total if len(seen[name]) >= min(2, count)]
     return sorted(enough, key=lambda name: (-total[name], name))
+
+
+def _alike(found: list[Candidate], tag: PlacedTag) -> list[Candidate]:
+    """Those that may be some tag."""
+    return [one for one in found if (one.family, one.number) == (tag.family, tag.number)]
