@@ -28,6 +28,8 @@ def test_positions_are_the_ground_apart_from_the_origin(floor: Floor) -> None:
     for uv, xy in zip(UV, true, strict=True):  # one point goes another way
         assert_allclose(floor.position(uv), xy, atol=1e-9)
         assert_allclose(floor.pixel(xy), uv, atol=1e-7)
+        assert_allclose(floor.position_of(*uv), xy, atol=1e-9)
+        assert_allclose(floor.pixel_of(*xy), uv, atol=1e-7)
     assert_allclose(floor.distance(UV[0], UV[1]), np.hypot(*(true[1] - true[0])), atol=1e-9)
 
 

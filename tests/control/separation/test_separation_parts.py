@@ -16,7 +16,14 @@ from airground.control import Limits, VelocityCommand
 from airground.control.separation.filter import SeparationFilter
 from airground.control.separation.qp import nearest
 from airground.control.separation.reach import Motion, braked, fleet, reachable, stop_after
-from airground.control.separation.rows import Pairs, Segments, certain, gather, segment_gap
+from airground.control.separation.rows import (
+    Pairs,
+    Segments,
+    certain,
+    gather,
+    point_gap,
+    segment_gap,
+)
 from airground.control.separation.types import Body
 from fleets import CAR, DT, body, driven
 
@@ -99,6 +106,16 @@ def test_gaps_of_segments_are_those_of_shapely(seed: int) -> None:
     along = (np.conj(normal) * ends).real
     between = along[2:].min(axis=0) - along[:2].max(axis=0)
     assert_allclose(between[apart], gap[apart], atol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_point_is_a_segment_without_length(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    p, c, d = rng.normal(size=(3, 12)) + 1j * rng.normal(size=(3, 12))
+    d[:3] = c[:3]
+    p[2:5] = (c[2:5] + 2 * d[2:5]) / 3  # on the segment
+    for ours, theirs in zip(point_gap(p, c, d), segment_gap(p, p, c, d), strict=True):
+        assert_allclose(ours, theirs, atol=1e-9)
 
 
 def by_nnls(
