@@ -141,7 +141,7 @@ class TagDetector:
         if missed and pixels_in(missed[0][0]) <= HASTY_PIXELS:
             window, old = missed[0]
             again = _alike(self._search.glance(frame.image, window), old)
-            tags += self._accept(frame.image, again)
+            tags += self._accept(frame.image, again, HASTY_STEPS)
             missed = missed[1:] if again else missed
         tags = distinct(tags, self._least_side_px)
         if not tags:
@@ -243,7 +243,9 @@ class TagDetector:
             missed.append((window_around(q[:, :2] / q[:, 2:], image.shape), old))
         return tags, missed
 
-    def _accept(self, image: ImageArray, candidates: list[Candidate]) -> list[PlacedTag]:
+    def _accept(
+        self, image: ImageArray, candidates: list[Candidate], most: int = ITERATIONS
+    ) -> list[PlacedTag]:
         if not candidates:
             return []
         placed = place_tags(
@@ -251,6 +253,7 @@ class TagDetector:
             [(found.family, found.number) for found in candidates],
             homographies(np.array([found.corners for found in candidates])),
             least_correlation=self._least_correlation,
+            most=most,
         )
         return [
             tag
