@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import cos, isfinite, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,17 +52,19 @@ def steered_view(
     state, calibration = tick.wish.state, fleet.ground.calibration
     floor, errand = fleet.ground.floor, fleet.errands[member.name]
     uv = ahead = covariance = None
-    if np.isfinite(state.uv).all():
+    u, v = state.uv.tolist()
+    if isfinite(u + v):
         raw = calibration.distort(state.uv)
         uv = _pair(raw)
-        if state.covariance is not None and np.isfinite(state.covariance[:2, :2]).all():
+        P = None if state.covariance is None else state.covariance[:2, :2]
+        if P is not None and isfinite(P.sum()):
             J = calibration.jacobian(raw)
-            covariance = _three(J @ state.covariance[:2, :2] @ J.T)
+            covariance = _three(J @ P @ J.T)
         if isfinite(state.theta):
-            here = floor.position(state.uv)
-            step = np.array([np.cos(state.theta), np.sin(state.theta)])
+            x, y = floor.position_of(u, v)
             reach = max(state.v * AHEAD_S, LEAST_AHEAD_M) if isfinite(state.v) else LEAST_AHEAD_M
-            ahead = _pair(calibration.distort(floor.pixel(here + reach * step)))
+            tip = floor.pixel_of(x + reach * cos(state.theta), y + reach * sin(state.theta))
+            ahead = _pair(calibration.distort(np.array(tip)))
     guidance = tick.guidance
     progress = 0.0
     if guidance is not None and errand.length > 0:

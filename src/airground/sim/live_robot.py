@@ -24,15 +24,40 @@ class Wire(Protocol):
     """The way to a world: the world itself, or a pipe to its process. Any thread may use it."""
 
     def clock(self) -> float:
-        """Now, on the session's clock [s]."""
+        """Now, on the session's clock.
+
+        Returns
+        -------
+        t : float [s]
+            Of the session.
+        """
         ...
 
     def readings(self, name: str) -> list[RobotReading]:
-        """Give what a robot has told and nobody has asked for yet, oldest first; never waits."""
+        """Give what a robot has told and nobody has asked for yet; never waits.
+
+        Parameters
+        ----------
+        name : str
+            Which robot.
+
+        Returns
+        -------
+        readings : list of RobotReading
+            Oldest first.
+        """
         ...
 
     def command(self, name: str, command: VelocityCommand) -> None:
-        """Send a finite command to a robot; never waits."""
+        """Send a command; never waits.
+
+        Parameters
+        ----------
+        name : str
+            To which robot.
+        command : VelocityCommand
+            What to do; finite.
+        """
         ...
 
 

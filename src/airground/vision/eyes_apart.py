@@ -132,7 +132,10 @@ class _Failure:
     """An error on its way: not all errors can be pickled."""
 
     kind: Literal["input", "airground", "bug"]
+    """What to raise."""
+
     line: str
+    """What it said."""
 
 
 def _raise(answer: object) -> None:
