@@ -99,6 +99,37 @@ def test_commands_go_out_at_the_rate_whatever_the_camera_does_and_stop_comes_fir
     one.close()  # again does nothing
 
 
+def test_a_stop_goes_out_past_a_loop_that_is_busy_and_overtakes_what_it_decided(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What a step has decided before it knew of the stop is not sent after it."""
+    session = core()
+    deciding, go = Event(), Event()
+    one, robots = live(session)
+    real = session.step
+
+    def step(t: float, inputs: Any, send: Any) -> SessionTick:
+        def fast(commands: dict[str, VelocityCommand]) -> None:
+            if t > 0.1 and not deciding.is_set():
+                deciding.set()
+                go.wait(20.0)
+                commands = dict.fromkeys(commands, VelocityCommand(0.5, 0.0))
+            send(commands)
+
+        return real(t, inputs, fast)
+
+    monkeypatch.setattr(session, "step", step)
+    with one:
+        until(deciding.is_set)
+        before = [robot.stops for robot in robots]
+        one.submit("anybody", Stop())
+        assert all(robot.stops > n for robot, n in zip(robots, before, strict=True))
+        told = [len(robot.sent) for robot in robots]
+        go.set()
+        until(lambda: all(len(r.sent) > n for r, n in zip(robots, told, strict=True)))
+        assert all(command.at_rest for robot in robots for command in robot.sent)
+
+
 def test_a_loop_that_hangs_has_its_robots_stopped_past_it(monkeypatch: pytest.MonkeyPatch) -> None:
     session, go = core(), Event()
     one, robots = live(session)

@@ -207,6 +207,8 @@ class LiveSite:
                     image_hz=plan.image_hz,
                     note=note,
                 )
+            self.robots = robots
+            """By name."""
             self.live = LiveSession(
                 Session(plan.options, calibration),
                 camera,

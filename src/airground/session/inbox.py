@@ -25,6 +25,8 @@ class Inbox:
         self._waiting: deque[Input] = deque()
         self._urgent = False
         self._changed = Condition()
+        self.stop_waits = False
+        """Whether there is a stop in it."""
         self.dropped_frames = 0
         """Frames that newer ones overtook."""
         self.dropped_others = 0
@@ -49,6 +51,7 @@ class Inbox:
                 self.dropped_others += 1
                 return
             self._waiting.append(one)
+            self.stop_waits = self.stop_waits or stop
             if stop or isinstance(one, Seen):
                 self._urgent = True
                 self._changed.notify_all()
@@ -82,5 +85,5 @@ class Inbox:
         with self._changed:
             inputs = list(self._waiting)
             self._waiting.clear()
-            self._urgent = False
+            self._urgent = self.stop_waits = False
         return inputs

@@ -6,7 +6,7 @@ import sys
 import time
 import traceback
 from dataclasses import replace
-from threading import Event, Thread
+from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Self
 
 from airground.errors import AirgroundError, UnreachableError
@@ -15,6 +15,7 @@ from airground.session.clock import SessionClock
 from airground.session.handle import RobotInfo, ShownImage, SiteView
 from airground.session.inbox import Inbox
 from airground.session.inputs import CameraNews, Heard, Ordered, Seen
+from airground.session.orders import Stop
 from airground.session.stages import Stages
 from airground.session.vision_stage import VisionStage
 from airground.session.workers import Workers
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = ["LiveSession"]
 
 WATCHDOG_S = 0.5  # robots are stopped past the loop if it hangs for so long; most have such a watchdog of their own
+SEND_S = 0.05
 READ_S = 0.1
 NEWS_S = 0.25
 # Python hands the interpreter from thread to thread: the loop must not wait 5 ms for it
@@ -91,6 +93,7 @@ class LiveSession:
         self._recorder = recorder
         self._recorded = -1  # revision of the calibration that the recording has
         self._inbox = Inbox()
+        self._sending = Lock()
         self._closing = Event()
         self._closed = False
         self._listeners: list[Callable[[SessionTick], None]] = []
@@ -144,6 +147,9 @@ class LiveSession:
     def submit(self, client: str, order: Order) -> None:
         """Hand in an order; never waits.
 
+        On a STOP all robots are told to stand before this returns, whatever the loop is doing. What the loop has
+        decided without knowing of it is not sent any more; from its next step on it tells them to stand itself.
+
         Parameters
         ----------
         client : str
@@ -152,6 +158,12 @@ class LiveSession:
             What for.
         """
         self._inbox.put(Ordered(client, order))
+        if isinstance(order, Stop):
+            free = self._sending.acquire(timeout=SEND_S)  # a driver that hangs holds it
+            for robot in self._robots.values():
+                robot.stop()
+            if free:
+                self._sending.release()
 
     def listen(self, listener: Callable[[SessionTick], None]) -> Callable[[], None]:
         """Be told of every step, in the loop's own thread: a listener only stores what it gets.
@@ -303,8 +315,10 @@ class LiveSession:
 
         def send(commands: dict[str, VelocityCommand]) -> None:
             self.stages.add("decide", time.perf_counter() - began)
-            for name, command in commands.items():
-                self._robots[name].send(command)
+            with self._sending:
+                if not self._inbox.stop_waits:  # else all have just been told to stand
+                    for name, command in commands.items():
+                        self._robots[name].send(command)
             self._watchdog.feed()
             if seen:
                 self.stages.add("frame_to_command", self.clock() - seen[-1].arrived_s)
