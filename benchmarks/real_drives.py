@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from benchmarks import peers
 from benchmarks.path_cost import Levels
-from benchmarks.recordings import NAMES
 
 from airground.calibration import calibrate
 from airground.errors import AirgroundError
 from airground.geometry import align_rotation, n_error, velocity_map_error
 from airground.records import read_motion, read_tracks
+from airground.studies.recordings import find_recordings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,8 +51,9 @@ def real_drives(ours: Callable[..., Any] | None) -> None:
         f"{'recording':46} {'ours':>24} {'linear':>24} "
         + "".join(f"{name:>18}" for name in (*variants, "SciPy"))
     )
-    for name in NAMES:
-        print(f"{name:46} {_row(folder / name, ours, variants)}", flush=True)
+    for path in find_recordings(folder):
+        name = path.relative_to(folder).as_posix()
+        print(f"{name:46} {_row(path, ours, variants)}", flush=True)
 
 
 def _row(folder: Path, ours: Callable[..., Any] | None, variants: tuple[str, ...]) -> str:

@@ -6,38 +6,16 @@ findHomography by least squares, with the clock offset that we found, as it has 
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from pathlib import Path
 
-import cv2
 import numpy as np
 
-from airground.calibration import Motion, Tracks, calibrate, measure_speeds
-from airground.calibration.ground_path import ground_path
-from airground.errors import UnobservableMotionError
-from airground.geometry import (
-    FloatArray,
-    LimitedHomography,
-    align_rotation,
-    n_error,
-    velocity_map_error,
-)
-from airground.records import read_motion, read_tracks
-
-NAMES = (
-    "cpm_lab/vehicle_3_a",
-    "cpm_lab/single_vehicle_manual_driving",
-    "efs_traffic/all_drives",
-    "efs_traffic/audi_08_klinikum_right",
-    "efs_traffic/audi_09_marktkauf_left",
-    "efs_traffic/klinikum_01_marktkauf_straight",
-    "efs_traffic/marktkauf_07_stadtmitte_left",
-    "efs_traffic/stadtmitte_11_marktkauf_right_02",
-    "efs_traffic/stadtmitte_12_audi_straight",
-    "fvessel_two_ships",
-)
+from airground.calibration import Motion, calibrate, measure_speeds
+from airground.errors import UndeterminedError, UnobservableMotionError
+from airground.geometry import FloatArray, align_rotation, n_error, velocity_map_error
+from airground.studies.recordings import find_recordings, odometry_homography, read_recording
 
 
 def main() -> None:
@@ -52,26 +30,28 @@ def main() -> None:
         f"{'recording':46} {'n':>7} {'map':>7} {'stated':>7} {'peer n':>7} "
         f"{'speed rms':>10} {'of':>6} {'in 95 %':>8} {'s':>5}"
     )
-    for name in NAMES:
-        print(f"{name:46} {_row(folder / name)}", flush=True)
+    for path in find_recordings(folder):
+        print(f"{path.relative_to(folder).as_posix():46} {_row(path)}", flush=True)
 
 
 def _row(folder: Path) -> str:
-    tracks, motion = read_tracks(folder / "tracks.csv"), read_motion(folder / "motion.csv")
-    told = json.loads((folder / "truth.json").read_text())
-    size = told["image_size_px"]  # which a user knows of the camera
+    recording = read_recording(folder)
+    tracks, motion = recording.tracks, recording.motion
     started = time.perf_counter()
     try:
-        result = calibrate(tracks, motion, image_size_px=None if size is None else tuple(size))
+        result = calibrate(tracks, motion, image_size_px=recording.image_size_px)
     except UnobservableMotionError as error:
         return f"refused: {error.reason[:90]}"
     elapsed = time.perf_counter() - started
-    truth = np.array(told["g"])
+    truth = recording.g
+    if truth is None:
+        return "no truth"
     aligned, _ = align_rotation(truth, result.model)
-    peer = _peer(tracks, motion, result.time_offset_s)
-    peer_n = (
-        "-" if peer is None else f"{float(n_error(truth, align_rotation(truth, peer)[0])):7.4f}"
-    )
+    try:
+        peer = odometry_homography(tracks, motion, result.time_offset_s)
+        peer_n = f"{float(n_error(truth, align_rotation(truth, peer)[0])):7.4f}"
+    except UndeterminedError:  # several robots, whose origins differ
+        peer_n = "-"
     speeds = measure_speeds(result, tracks)
     wrong, sigma, size = [], [], []
     for k, target in enumerate(speeds.targets):
@@ -98,19 +78,6 @@ def _own_speed(motion: Motion, rows: slice) -> FloatArray:
         return np.asarray(np.linalg.norm(motion.xy_dot[rows], axis=1))
     assert motion.speed is not None
     return np.abs(motion.speed[rows])
-
-
-def _peer(tracks: Tracks, motion: Motion, offset: float) -> LimitedHomography | None:
-    """Odometry integrated over the whole drive, and OpenCV's findHomography; one target only, as origins differ."""
-    name = tracks.targets[0]
-    path = ground_path(motion, name)
-    if len(tracks.targets) > 1 or path is None:
-        return None
-    rows = tracks.rows(name)
-    xy, stretch = path.at(tracks.t[rows] + offset)
-    keep = stretch >= 0
-    matrix, _ = cv2.findHomography(xy[keep], tracks.uv[rows][keep], 0)
-    return LimitedHomography.from_homography(matrix)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ __all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "run"]
 NAME = "reproduce"
 MAX_TRIALS = 10_000_000
 # Names of the items, without loading what runs them; a test compares.
-NAMES = ("table1", "fig4", "fig5", "fig8", "fig9", "fig10", "fig11")
+NAMES = ("table1", "fig4", "fig5", "fig8", "fig9", "fig10", "fig11", "real")
 SUMMARY = "run the paper's experiments: tables and figures, paper beside ours"
 EXAMPLE = """\
   airground reproduce table1 fig4 fig5 --trials 100 --out out/paper

@@ -63,6 +63,9 @@ class Item:
     sheet: Callable[[Mapping[str, Any]], Sheet]
     """Table for people, from the JSON object alone."""
 
+    differs: str = ""
+    """What differs from the paper and why, in a sentence or two."""
+
 
 def unobservable_note(document: Mapping[str, Any]) -> str:
     """Say how many trials gave no estimate.

@@ -14,6 +14,7 @@ from airground.studies.fig8 import FIG8
 from airground.studies.fig9 import FIG9, FIG10
 from airground.studies.fig11 import FIG11
 from airground.studies.item import Item, Outcome, Work
+from airground.studies.real import REAL
 from airground.studies.sheet import rich_table
 from airground.studies.table1 import TABLE1
 
@@ -35,8 +36,9 @@ ITEMS: dict[str, Item] = {
     "fig9": FIG9,
     "fig10": FIG10,
     "fig11": FIG11,
+    "real": REAL,
 }
-"""What can be reproduced, in the paper's order."""
+"""What can be reproduced, in the paper's order; then the same on recordings."""
 
 LATER = ("table2", "fig7", "moving")
 """What the paper has and `ITEMS` has not yet."""
