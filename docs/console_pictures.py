@@ -1,6 +1,7 @@
 """Make the pictures of the operator's console in docs/images: a browser, the embedded world, and a person's hand.
 
-Run: python docs/console_pictures.py; needs Chromium and a computer that does nothing else. Five minutes.
+Run: python docs/console_pictures.py; needs Chromium and a computer that does nothing else. Five minutes. With --again
+it begins with the calibration of the last time, and leaves out the pictures of making one.
 """
 
 from __future__ import annotations
@@ -8,17 +9,20 @@ from __future__ import annotations
 import shutil
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
+from playwright.sync_api import TimeoutError as LateError
 from playwright.sync_api import sync_playwright
 
 from airground.console.limits import ConsoleLimits
 from airground.console.server import ConsoleServer
 from airground.control.safety.bounds import SafetyBounds
+from airground.records.calibration_file import load_calibration, save_calibration
 from airground.session.compose import LiveSite, plan_without_site
 
 if TYPE_CHECKING:
@@ -27,8 +31,9 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 IMAGES = Path(__file__).parent / "images"
+KNOWN = Path("out") / "console-calibration.json"
 LAPTOP, PHONE = (1280, 720), (390, 844)
-PATIENCE_S = 240.0
+PATIENCE_S = 600.0
 FAR = (460.0, 580.0), (420.0, 330.0)  # where to go from above, and from below
 FRESH_S = 8.0
 COLOURS, GREY = 120, 100  # of each half of a palette; saturation between them
@@ -85,7 +90,8 @@ def uv_of(page: Page, robot: int) -> tuple[float, float]:
 def keep(page: Page, name: str) -> None:
     """Write a picture, small."""
     for toast in page.get_by_test_id("toast").all():
-        toast.click()
+        with suppress(LateError):  # it has gone by itself
+            toast.click(timeout=500)
     page.mouse.move(2, 2)
     end = time.monotonic() + FRESH_S
     while page.get_by_test_id("connection").get_attribute("data-state") != "live":
@@ -139,8 +145,9 @@ def main() -> None:
     plan = plan_without_site()
     plan = replace(plan, options=replace(plan.options, bounds=PATIENT))
     limits = ConsoleLimits(silence_s=4.0)
+    again = "--again" in sys.argv
     with (
-        LiveSite(plan) as site,
+        LiveSite(plan, load_calibration(KNOWN) if again else None) as site,
         ConsoleServer(site.live, port=0, limits=limits) as server,
         sync_playwright() as driver,
     ):
@@ -155,7 +162,11 @@ def main() -> None:
 
         page = open_()
         take(page)
-        calibrate(page)
+        if not again:
+            calibrate(page)
+            KNOWN.parent.mkdir(exist_ok=True)
+            assert site.live.calibration is not None
+            save_calibration(KNOWN, site.live.calibration)
         driving(page)
         undrivable(page)
         birdseye(page)
