@@ -31,16 +31,17 @@ $(VENV)/made-dev: $(VENV)/made-test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
 	@touch $@
 
-# Programs of others that the tests talk to: a streaming ffmpeg, an RTSP server, a browser.
+# Programs of others that the tests talk to: a streaming ffmpeg, an RTSP server, a browser, OpenGL without a screen.
 PEERS := ffmpeg chromium fonts-dejavu-core python3-gi gir1.2-gstreamer-1.0 gir1.2-gst-rtsp-server-1.0 \
-  gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad gstreamer1.0-plugins-ugly
+  gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad gstreamer1.0-plugins-ugly \
+  libegl1 libopengl0 libgl1-mesa-dri
 
 $(VENV)/made-peers: $(VENV)/made
 	@if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 	  { apt-get update -qq && DEBIAN_FRONTEND=noninteractive \
 	    apt-get install -y -qq --no-install-recommends $(PEERS); } >$(VENV)/peers.log 2>&1 \
-	  || echo "make: could not install $(PEERS): tests with a real stream or browser will be skipped, see $(VENV)/peers.log"; \
-	else echo "make: not root, or no apt-get: tests with a real stream or browser need $(PEERS) and are skipped without"; fi
+	  || echo "make: could not install $(PEERS): tests with a real stream, browser or OpenGL will be skipped, see $(VENV)/peers.log"; \
+	else echo "make: not root, or no apt-get: tests with a real stream, browser or OpenGL need $(PEERS) and are skipped without"; fi
 	@touch $@
 
 demo: $(VENV)/made
