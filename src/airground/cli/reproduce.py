@@ -17,6 +17,7 @@ __all__ = ["EXAMPLE", "NAME", "SUMMARY", "add_arguments", "run"]
 
 NAME = "reproduce"
 MAX_TRIALS = 10_000_000
+MAX_JOBS = 1024
 # Names of the items, without loading what runs them; a test compares.
 NAMES = ("table1", "fig4", "fig5", "fig8", "fig9", "fig10", "fig11", "real")
 SUMMARY = "run the paper's experiments: tables and figures, paper beside ours"
@@ -49,6 +50,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="N",
         help="of the random numbers (default: 0)",
     )
+    parser.add_argument(
+        "--jobs",
+        type=_jobs,
+        metavar="N",
+        help="processes that run the drives (default: all cores); the numbers stay the same",
+    )
 
 
 def run(args: Namespace) -> None:
@@ -60,15 +67,28 @@ def run(args: Namespace) -> None:
         As parsed.
     """
     from airground.studies.reproduce import reproduce, tables
+    from airground.studies.workers import Processes
 
-    with progress("reproduce") as advance:
+    with Processes(args.jobs) as workers, progress("reproduce") as advance:
         result = reproduce(
-            args.items, trials=args.trials, seed=args.seed, out=args.out, progress=advance
+            args.items,
+            trials=args.trials,
+            seed=args.seed,
+            out=args.out,
+            progress=advance,
+            workers=workers,
         )
     if args.json:
         print_json(result)
     else:
         show_tables(tables(result))
+
+
+def _jobs(text: str) -> int:
+    count = whole_number(text, least=1)
+    if count > MAX_JOBS:
+        raise argparse.ArgumentTypeError(f"expected at most {MAX_JOBS}, not {shown(text)}")
+    return count
 
 
 def _count(text: str) -> int:

@@ -11,6 +11,7 @@ from typing import Any
 from airground.studies.sheet import Sheet
 from airground.studies.simulation import PAPER, Progress, Trials, run_trials
 from airground.studies.whole_drive import WholeDriveTrials, whole_drive_trials
+from airground.studies.workers import HERE, Workers
 
 __all__ = ["Document", "Item", "Outcome", "Work", "unobservable_note"]
 
@@ -31,15 +32,22 @@ class Work:
     progress: Progress | None = None
     """Told how far it is."""
 
+    workers: Workers = HERE
+    """Who runs the trials."""
+
     @cached_property
     def simulation(self) -> Trials:
         """Trials of the paper's simulation."""
-        return run_trials(trials=self.trials, seed=self.seed, progress=self.progress)
+        return run_trials(
+            trials=self.trials, seed=self.seed, progress=self.progress, workers=self.workers
+        )
 
     @cached_property
     def whole_drive(self) -> WholeDriveTrials:
         """Whole-drive estimates of those that have a linear one."""
-        return whole_drive_trials(self.simulation, PAPER, progress=self.progress)
+        return whole_drive_trials(
+            self.simulation, PAPER, progress=self.progress, workers=self.workers
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,9 @@ from airground.studies.fig11 import FIG11
 from airground.studies.item import Item, Outcome, Work
 from airground.studies.real import REAL
 from airground.studies.sheet import rich_table
+from airground.studies.simulation import require_trials
 from airground.studies.table1 import TABLE1
+from airground.studies.workers import HERE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from airground.studies.simulation import Progress
+    from airground.studies.workers import Workers
 
 __all__ = ["ITEMS", "LATER", "reproduce", "tables"]
 
@@ -51,6 +54,7 @@ def reproduce(
     seed: int = 0,
     out: Path | None = None,
     progress: Progress | None = None,
+    workers: Workers = HERE,
 ) -> dict[str, object]:
     """Run the paper's experiments.
 
@@ -66,6 +70,8 @@ def reproduce(
         Folder for pictures and ``reproduce.json``; made where it is missing.
     progress : callable, optional
         Told how many trials are done, and of how many.
+    workers : Workers
+        Who runs the trials; the numbers do not depend on it.
 
     Returns
     -------
@@ -80,13 +86,10 @@ def reproduce(
         If `out` cannot be made or written to.
     """
     names = _chosen(items)
-    if trials < 1:
-        raise InputError(f"trials must be 1 or more, not {trials}")
-    if seed < 0:
-        raise InputError(f"seed must be 0 or more, not {seed}")
+    require_trials(trials, seed)
     if out is not None:
         make_folder(out)  # before the long work, not after
-    work = Work(trials, seed, progress)
+    work = Work(trials, seed, progress, workers)
     outcomes = {name: ITEMS[name].compute(work) for name in names}
     result: dict[str, object] = {name: outcome.document for name, outcome in outcomes.items()}
     if out is not None:

@@ -17,24 +17,29 @@ from airground.errors import InputError, UndeterminedError, UnobservableMotionEr
 from airground.geometry.arrays import FloatArray
 from airground.sim.unicycle import SegmentDrive
 from airground.studies.paper_camera import paper_camera
+from airground.studies.workers import HERE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from airground.sim.camera import SimCamera
+    from airground.studies.workers import Workers
 
 __all__ = [
+    "BLOCK",
     "PAPER",
     "Measurement",
     "PaperSimulation",
     "Progress",
     "Trials",
     "measure_end_points",
+    "require_trials",
     "run_trials",
     "trial_generators",
 ]
 
-PROGRESS_STEPS = 100
+BLOCK = 25
+"""Trials of one task."""
 
 
 class Progress(Protocol):
@@ -116,7 +121,7 @@ class Trials:
         return len(self.g_hat) + self.unobservable
 
 
-def trial_generators(seed: int, trials: int) -> Iterator[np.random.Generator]:
+def trial_generators(seed: int, trials: int, first: int = 0) -> Iterator[np.random.Generator]:
     """Independent random numbers for each trial; trial k is the same however many there are.
 
     Parameters
@@ -125,18 +130,38 @@ def trial_generators(seed: int, trials: int) -> Iterator[np.random.Generator]:
         Not negative.
     trials : int
         How many.
+    first : int
+        Number of the first of them.
 
     Yields
     ------
     rng : Generator
         For one trial.
     """
+    require_trials(trials, seed)
+    for k in range(first, first + trials):  # the k-th child that the seed would spawn
+        yield np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k,)))
+
+
+def require_trials(trials: int, seed: int) -> None:
+    """Refuse numbers that cannot be.
+
+    Parameters
+    ----------
+    trials : int
+        At least one.
+    seed : int
+        Not negative.
+
+    Raises
+    ------
+    InputError
+        Naming the one that is wrong.
+    """
     if trials < 1:
         raise InputError(f"trials must be 1 or more, not {trials}")
     if seed < 0:
         raise InputError(f"seed must be 0 or more, not {seed}")
-    for child in np.random.SeedSequence(seed).spawn(trials):
-        yield np.random.default_rng(child)
 
 
 def measure_end_points(
@@ -184,6 +209,7 @@ def run_trials(
     measure: Callable[
         [PaperSimulation, SimCamera, np.random.Generator], Measurement
     ] = measure_end_points,
+    workers: Workers = HERE,
 ) -> Trials:
     """Simulate and estimate by the linear method, again and again.
 
@@ -196,9 +222,11 @@ def run_trials(
     seed : int
         Of all of them; trial k depends on the seed and on k only.
     progress : callable, optional
-        Told of the trials done, about a hundred times.
+        Told of the trials done, block by block.
     measure : callable
-        How samples are taken.
+        How samples are taken; a function of a module where others than this process work.
+    workers : Workers
+        Who works; the outcome does not depend on it.
 
     Returns
     -------
@@ -213,23 +241,62 @@ def run_trials(
         If no trial gave an estimate.
     """
     camera = simulation.camera()
+    require_trials(trials, seed)
+    firsts = range(0, trials, BLOCK)
+    tasks = ((simulation, seed, k, min(BLOCK, trials - k), measure) for k in firsts)
+    blocks: list[_Block] = []
+    done = 0
+    for block in workers.map(_run_block, tasks, len(firsts)):
+        blocks.append(block)
+        done += len(block.g_hat) + block.unobservable
+        if progress is not None:
+            progress(done, trials)
+    unobservable = sum(block.unobservable for block in blocks)
+    if unobservable == trials:
+        raise UndeterminedError(f"none of the {trials} trials determines g; drive more headings")
+    return Trials(
+        camera.g,
+        np.concatenate([block.g_hat for block in blocks if len(block.g_hat)]),
+        tuple(samples for block in blocks for samples in block.samples),
+        np.concatenate([block.ideal_uv_dot for block in blocks if len(block.g_hat)]),
+        unobservable,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Block:
+    """Some trials in a row: parts of `Trials`."""
+
+    g_hat: FloatArray
+    """(M, 3, 2). Or empty."""
+
+    samples: tuple[MotionSamples, ...]
+    """M."""
+
+    ideal_uv_dot: FloatArray
+    """(M, N, 2) [px/s]. Or empty."""
+
+    unobservable: int
+    """Without an estimate."""
+
+
+def _run_block(
+    simulation: PaperSimulation,
+    seed: int,
+    first: int,
+    count: int,
+    measure: Callable[[PaperSimulation, SimCamera, np.random.Generator], Measurement],
+) -> _Block:
+    camera = simulation.camera()
     estimates: list[FloatArray] = []
     samples: list[MotionSamples] = []
     ideal: list[FloatArray] = []
-    unobservable = 0
-    for k, rng in enumerate(trial_generators(seed, trials)):
+    for rng in trial_generators(seed, count, first):
         measurement = measure(simulation, camera, rng)
         try:
             estimates.append(estimate_linear(measurement.samples).g)
         except UnobservableMotionError:
-            unobservable += 1
-        else:
-            samples.append(measurement.samples)
-            ideal.append(measurement.ideal_uv_dot)
-        if progress is not None and (
-            k + 1 == trials or (k + 1) % max(trials // PROGRESS_STEPS, 1) == 0
-        ):
-            progress(k + 1, trials)
-    if not estimates:
-        raise UndeterminedError(f"none of the {trials} trials determines g; drive more headings")
-    return Trials(camera.g, np.stack(estimates), tuple(samples), np.stack(ideal), unobservable)
+            continue
+        samples.append(measurement.samples)
+        ideal.append(measurement.ideal_uv_dot)
+    return _Block(np.array(estimates), tuple(samples), np.array(ideal), count - len(estimates))
