@@ -50,11 +50,17 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="N",
         help="of the random numbers (default: 0)",
     )
-    parser.add_argument(
+    workers = parser.add_mutually_exclusive_group()
+    workers.add_argument(
         "--jobs",
         type=_jobs,
         metavar="N",
         help="processes that run the drives (default: all cores); the numbers stay the same",
+    )
+    workers.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help="Dask scheduler whose cluster runs the drives instead, as tcp://host:8786; needs airground[dask]",
     )
 
 
@@ -66,10 +72,14 @@ def run(args: Namespace) -> None:
     args : Namespace
         As parsed.
     """
+    from airground.studies.cluster import Cluster
     from airground.studies.reproduce import reproduce, tables
     from airground.studies.workers import Processes
 
-    with Processes(args.jobs) as workers, progress("reproduce") as advance:
+    with (
+        Processes(args.jobs) if args.dask is None else Cluster(args.dask) as workers,
+        progress("reproduce") as advance,
+    ):
         result = reproduce(
             args.items,
             trials=args.trials,

@@ -24,11 +24,20 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import Self
 
-__all__ = ["HERE", "Here", "Processes", "Workers", "cores", "in_order"]
+__all__ = ["AHEAD", "HERE", "Here", "Pending", "Processes", "Workers", "cores", "in_order"]
 
 T = TypeVar("T")
+Done_co = TypeVar("Done_co", covariant=True)
 FEW = 16  # tasks: starting a process costs as much as several of them
-AHEAD = 4  # tasks for each process that wait for it
+AHEAD = 4
+"""Tasks under way for each process: while one is done, others wait for it."""
+
+
+class Pending(Protocol[Done_co]):
+    """A result to come, as a future of concurrent.futures or of Dask."""
+
+    def result(self) -> Done_co:
+        """Wait for it."""
 
 
 class Workers(Protocol):
@@ -168,7 +177,7 @@ class Processes:
 
 
 def in_order(
-    submit: Callable[[tuple[Any, ...]], Future[T]], tasks: Iterable[tuple[Any, ...]], most: int
+    submit: Callable[[tuple[Any, ...]], Pending[T]], tasks: Iterable[tuple[Any, ...]], most: int
 ) -> Iterator[T]:
     """Have tasks done, some at a time.
 
@@ -186,7 +195,7 @@ def in_order(
     result : object
         Of the next task.
     """
-    under_way: deque[Future[T]] = deque()
+    under_way: deque[Pending[T]] = deque()
     for task in tasks:
         under_way.append(submit(task))
         if len(under_way) >= most:
