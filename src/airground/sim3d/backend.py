@@ -32,6 +32,8 @@ def load_mujoco() -> Any:
     ------
     InputError
         If it is not installed.
+    UnreachableError
+        If it cannot be loaded, as where MUJOCO_GL is nothing that it knows.
     """
     if "mujoco" not in sys.modules and not os.environ.get("MUJOCO_GL") and sys.platform == "linux":
         _choose()
@@ -41,6 +43,8 @@ def load_mujoco() -> Any:
         if error.name != "mujoco":
             raise
         raise InputError("MuJoCo is not installed: pip install airground[sim3d]") from None
+    except (RuntimeError, OSError) as error:
+        raise _cannot("be loaded", error) from error
     return mujoco
 
 
@@ -79,15 +83,19 @@ def make_renderer(model: Any, size_px: tuple[int, int]) -> Any:
     try:
         renderer = mujoco.Renderer(model, size_px[1], size_px[0])
     except Exception as error:  # whatever OpenGL's bindings raise, of which there is no list
-        way = os.environ.get("MUJOCO_GL") or "not set"
-        reason = (str(error) or repr(error)).splitlines()[0]
-        raise UnreachableError(
-            f"MuJoCo cannot draw (MUJOCO_GL={way}: {reason}); "
-            f"install {PACKAGES}, or set MUJOCO_GL to egl or osmesa"
-        ) from error
+        raise _cannot("draw", error) from error
     for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
         renderer.scene.flags[flag] = 0
     return renderer
+
+
+def _cannot(what: str, error: Exception) -> UnreachableError:
+    way = os.environ.get("MUJOCO_GL") or "not set"
+    reason = (str(error) or repr(error)).splitlines()[0]
+    return UnreachableError(
+        f"MuJoCo cannot {what} (MUJOCO_GL={way}: {reason}); "
+        f"install {PACKAGES}, or set MUJOCO_GL to egl or osmesa"
+    )
 
 
 def _choose() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
@@ -61,7 +62,7 @@ def build_scene(options: World3dOptions, canvas: Canvas) -> str:
     width, height = canvas.size_px
     return f"""<mujoco model="airground">
   <compiler angle="radian" autolimits="true"/>
-  <option timestep="{options.step_s}" integrator="implicitfast" cone="elliptic" impratio="20"
+  <option timestep="{options.step_s}" integrator="Euler" cone="elliptic" impratio="20"
     magnetic="{_numbers(*FIELD)}"/>
   <visual>
     <global offwidth="{width}" offheight="{height}"/>
@@ -107,8 +108,7 @@ def paint_scene(model: Any, mujoco: Any, options: World3dOptions, seed: int) -> 
     seed : int
         Of the floor's grain.
     """
-    floor = ground(options.floor, seed=seed, tile_m=TILE_M, texel_m=TILE_M / TEXELS).picture
-    _fill(model, mujoco, "floor", floor[::-1, :, ::-1])
+    _fill(model, mujoco, "floor", _floor(options.floor, seed)[::-1, :, ::-1])
     for one in options.vehicles:
         cells = np.pad(tag_cells(FAMILY, one.tag), 1, constant_values=True)
         ink = np.where(cells, WHITE, BLACK)[::-1].T  # the tag's up is forward, its right is right
@@ -164,7 +164,7 @@ def _vehicle(
 def _wheel(name: str, side: str, y: float, built: RobotOptions3d) -> str:
     return f"""
       <body name="{name}_{side}" pos="0 {y} 0">
-        <joint name="{name}_{side}" type="hinge" axis="0 1 0" damping="0.01" armature="0.002"/>
+        <joint name="{name}_{side}" type="hinge" axis="0 1 0" damping="0.01" armature="0.01"/>
         <geom name="{name}_{side}" type="cylinder" size="{built.wheel_radius_m} 0.008" euler="1.5707963267948966 0 0"
           mass="0.3" priority="2" friction="{built.wheel_friction} 0.003 0.0001" rgba="0.1 0.1 0.1 1"/>
       </body>"""
@@ -185,6 +185,11 @@ def _sensors(name: str) -> str:
     return f"""
     <magnetometer name="{name}_compass" site="{name}_senses"/>
     <gyro name="{name}_gyro" site="{name}_senses"/>"""
+
+
+@lru_cache(maxsize=2)
+def _floor(name: str, seed: int) -> ImageArray:
+    return ground(name, seed=seed, tile_m=TILE_M, texel_m=TILE_M / TEXELS).picture
 
 
 def _tag_texels() -> int:

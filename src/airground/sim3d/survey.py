@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Survey", "survey"]
 
-COLUMNS, ROWS = 7, 5
+COLUMNS, ROWS = 6, 4
 LEAST = 8  # points
 LIGHT = 32  # a pixel below this is dark [grey levels]
 
