@@ -15,12 +15,10 @@ from airground.sim3d.backend import load_mujoco
 from airground.sim3d.camera_pose import CameraPose
 from airground.sim3d.canvas import Canvas
 from airground.sim3d.eye import Eye3d
-from airground.sim3d.motors import Motors
 from airground.sim3d.options import World3dOptions
 from airground.sim3d.route import RouteDriver
 from airground.sim3d.scene import build_scene, paint_scene
-from airground.sim3d.senses import Senses
-from airground.sim3d.truth import Truth3d, TruthLog
+from airground.sim3d.vehicle import TRUTH_HZ, Vehicle3d
 from airground.vision.frame import Frame
 
 if TYPE_CHECKING:
@@ -31,13 +29,11 @@ if TYPE_CHECKING:
     from airground.control.command import VelocityCommand
     from airground.geometry.lens import DivisionLens
     from airground.robots.protocol import RobotReading
-    from airground.sim3d.options import Other3d, Robot3d
+    from airground.sim3d.truth import Truth3d
 
 __all__ = ["World3d"]
 
-TRUTH_HZ = 100.0
 DRIVER_HZ = 20.0  # of others
-MOST_READINGS = 500  # that nobody asks for
 MOST_PICTURES = 200
 SETTLED_S = 0.5  # the vehicles sink into their contacts before the world begins
 
@@ -49,20 +45,6 @@ class _Picture(NamedTuple):
     exposed_s: float
     qpos: FloatArray
     pose: CameraPose
-
-
-class _Vehicle:
-    """One of ours or of others."""
-
-    def __init__(self, one: Robot3d | Other3d, rng: np.random.Generator) -> None:
-        built = one.options
-        self.name = one.name
-        left, right, track = (1 + built.wheel_share * rng.standard_normal(3)).tolist()
-        told = built.wheel_radius_m * left, built.wheel_radius_m * right
-        self.motors = Motors(one.name, built, told, built.track_m * track)
-        self.log = TruthLog(TRUTH_HZ)
-        self.senses = Senses(one.name, built, told, built.track_m * track, rng)
-        self.heard: deque[RobotReading] = deque(maxlen=MOST_READINGS)
 
 
 class World3d:
@@ -107,7 +89,7 @@ class World3d:
         self._start_s, self._steps = float(start_s), 0
         rngs = np.random.default_rng([seed, 0x3D]).spawn(len(options.vehicles))
         self._vehicles = {
-            one.name: _Vehicle(one, r) for one, r in zip(options.vehicles, rngs, strict=True)
+            one.name: Vehicle3d(one, r) for one, r in zip(options.vehicles, rngs, strict=True)
         }
         self._drivers = {other.name: RouteDriver(other) for other in options.others}
         self._pictures: deque[_Picture] = deque(maxlen=MOST_PICTURES)
@@ -205,10 +187,7 @@ class World3d:
             If there is no such robot, or the world has not come so far.
         """
         self._reached(t)
-        heard, found = self._ours(name).heard, []
-        while heard and heard[0].t <= t + 1e-9:
-            found.append(heard.popleft())
-        return found
+        return self._ours(name).readings(t)
 
     def frames(self, t: float) -> list[Frame]:
         """Draw the pictures that have arrived and nobody has asked for yet.
@@ -309,11 +288,8 @@ class World3d:
             vehicle.motors.act(self._data, self.now)
 
     def _note(self) -> None:
-        for name, vehicle in self._vehicles.items():
-            axes = self._data.body(name).xmat
-            tag = np.array(self._data.site(f"{name}_tag").xpos[:2])
-            axle = np.array(self._data.body(name).xpos[:2])
-            vehicle.log.note(self.now, tag, axle, float(np.arctan2(axes[3], axes[0])))
+        for vehicle in self._vehicles.values():
+            vehicle.note(self._data, self.now)
 
     def _drive_others(self) -> None:
         for name, driver in self._drivers.items():
@@ -321,27 +297,21 @@ class World3d:
             vehicle.motors.tell(self.now, driver.command(*vehicle.log.pose))
 
     def _measuring(self, name: str) -> Callable[[], None]:
-        def measure() -> None:
-            vehicle = self._vehicles[name]
-            reading = vehicle.senses.read(self._data, self.now)
-            if reading is not None:
-                vehicle.heard.append(reading)
-
-        return measure
+        return lambda: self._vehicles[name].measure(self._data, self.now)
 
     def _expose(self) -> None:
         pose = self.camera_pose(self.now)
         self._pictures.append(_Picture(self._shot, self.now, self._data.qpos.copy(), pose))
         self._shot += 1
 
-    def _vehicle(self, name: str) -> _Vehicle:
+    def _vehicle(self, name: str) -> Vehicle3d:
         if name not in self._vehicles:
             raise InputError(
                 f"no vehicle is called {name!r}; there are {', '.join(self._vehicles)}"
             )
         return self._vehicles[name]
 
-    def _ours(self, name: str) -> _Vehicle:
+    def _ours(self, name: str) -> Vehicle3d:
         if name in self._drivers:
             raise InputError(f"{name} is somebody else's: it can be neither told nor asked")
         return self._vehicle(name)
