@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import re
+from html import escape
+from html.parser import HTMLParser
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +18,7 @@ from airground.errors import FileError, InputError
 from airground.geometry import LimitedHomography, n_error
 from airground.studies import reproduce as module
 from airground.studies.fig5 import delta
+from airground.studies.html_page import html_table
 from airground.studies.item import Item, Outcome, Work
 from airground.studies.reproduce import ITEMS, LATER, reproduce, tables
 from airground.studies.sheet import Sheet, markdown
@@ -33,10 +38,19 @@ def _no_recordings(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def result() -> dict[str, Any]:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where all items were written once."""
+    out = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("AIRGROUND_DATA", raising=False)
-        return reproduce([], trials=100, seed=0)
+        given = reproduce([], trials=100, seed=0, out=out)
+    assert json.loads((out / "reproduce.json").read_text("utf-8")) == given
+    return out
+
+
+@pytest.fixture(scope="module")
+def result(folder: Path) -> dict[str, Any]:
+    return dict(json.loads((folder / "reproduce.json").read_text("utf-8")))
 
 
 def test_the_command_names_all_items() -> None:
@@ -184,7 +198,7 @@ def test_the_same_seed_writes_the_same_files(tmp_path: Path) -> None:
 
 
 def test_one_trial_is_enough_to_draw(tmp_path: Path) -> None:
-    assert reproduce([], trials=1, out=tmp_path)["fig4"]["trials"] == 1  # type: ignore[index]
+    assert reproduce(["fig4", "fig5"], trials=1, out=tmp_path)["fig4"]["trials"] == 1  # type: ignore[index]
     assert (tmp_path / "fig5.png").stat().st_size > 1000
 
 
@@ -197,7 +211,7 @@ def test_a_picture_that_fails_leaves_the_old_one(
         path.write_bytes(b"half")
         raise KeyboardInterrupt
 
-    broken = Item(lambda _: Outcome({}, draw), ITEMS["fig4"].sheet)
+    broken = Item(lambda _: Outcome({}, draw), ITEMS["fig4"].sheet, "")
     monkeypatch.setitem(module.ITEMS, "fig4", broken)
     with pytest.raises(KeyboardInterrupt):
         reproduce(["fig4"], trials=1, out=tmp_path)
@@ -262,3 +276,77 @@ def test_trials_without_an_estimate_are_reported() -> None:
 def test_markdown() -> None:
     sheet = Sheet("t", ("a", "b"), (("x", "1"), ("y", "2")))
     assert markdown(sheet) == "| a | b |\n| --- | --: |\n| x | 1 |\n| y | 2 |"
+
+
+class Page(HTMLParser):
+    """Headings, pictures and addresses of a page; complains where tags do not close."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.sources: list[str] = []
+        self.links: list[str] = []
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "img", "wbr"):
+            self.open.append(tag)
+        assert tag not in ("script", "link", "iframe")
+        told = {name: value or "" for name, value in attrs}
+        assert not [name for name in told if name.startswith("on")]
+        if tag == "h2":
+            self.ids.append(told["id"])
+        if tag == "img":
+            assert told["alt"]
+        self.sources += [told["src"]] if "src" in told else []
+        self.links += [told["href"]] if "href" in told else []
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_all_items_make_a_page(folder: Path, result: dict[str, Any]) -> None:
+    text = (folder / "paper.html").read_text("utf-8")
+    page = Page(text)
+    assert page.ids == list(ITEMS)
+    assert page.links == [f"#{name}" for name in ITEMS]
+    drawn = sorted(path.stem for path in folder.glob("*.png"))
+    pictures = [
+        base64.b64decode(source.removeprefix("data:image/png;base64,")) for source in page.sources
+    ]
+    in_order = [name for name in ITEMS if name in drawn]
+    assert pictures == [(folder / f"{name}.png").read_bytes() for name in in_order]
+    assert {"fig4", "fig5", "fig8", "fig9", "fig10", "fig11"} <= set(drawn)
+    for name, item in ITEMS.items():
+        sheet = item.sheet(result[name])
+        assert escape(item.differs) in text
+        for row in sheet.rows:
+            assert all(f">{escape(entry)}</td>" in text for entry in row)
+    assert "100 simulated drives, seed 0" in text
+    assert "is not set" in text  # there are no recordings
+    assert "prefers-color-scheme: dark" in text
+    assert not re.search(r"https?://", text)
+
+
+def test_some_items_make_no_page(tmp_path: Path) -> None:
+    reproduce(["table1"], trials=1, out=tmp_path)
+    assert not (tmp_path / "paper.html").exists()
+
+
+def test_every_item_says_what_differs() -> None:
+    for name, item in ITEMS.items():
+        assert len(item.differs) > 60, name
+        assert item.differs.endswith("."), name
+        assert "  " not in item.differs, name
+
+
+def test_tables_of_a_page_escape_what_they_hold() -> None:
+    sheet = Sheet("t", ("<a>", "b"), (("x & y", '"'),), "<one>\n<two>")
+    html = html_table(sheet)
+    assert "<th>&lt;a&gt;</th>" in html
+    assert '<td>x &amp; y</td><td class="number">&quot;</td>' in html
+    assert "<summary>2 remarks</summary>" in html
+    assert "<li>&lt;two&gt;</li>" in html
+    assert "<table" not in html_table(Sheet("t", ("a",), (), "nothing <here>"))

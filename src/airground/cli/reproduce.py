@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from airground.cli.output import print_json, whole_number
+from airground.cli.output import print_json, printable, whole_number
 from airground.cli.terminal import progress, show_tables
 from airground.records.cells import shown
 
@@ -38,7 +38,10 @@ def add_arguments(parser: ArgumentParser) -> None:
         "items", nargs="*", metavar="ITEM", help=f"any of {', '.join(NAMES)} (default: all)"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="where to put pictures and reproduce.json"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="where to put pictures and reproduce.json, and paper.html with all of it where no ITEM is given",
     )
     parser.add_argument(
         "--trials", type=_count, default=100, metavar="N", help="simulated drives (default: 100)"
@@ -92,6 +95,8 @@ def run(args: Namespace) -> None:
         print_json(result)
     else:
         show_tables(tables(result))
+        if args.out is not None and not args.items:
+            print(f"open {printable(str(args.out / 'paper.html'))}")
 
 
 def _jobs(text: str) -> int:

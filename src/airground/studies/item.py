@@ -6,12 +6,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from airground.studies.sheet import Sheet
 from airground.studies.simulation import PAPER, Progress, Trials, run_trials
 from airground.studies.whole_drive import WholeDriveTrials, whole_drive_trials
 from airground.studies.workers import HERE, Workers
+
+if TYPE_CHECKING:
+    from airground.studies.robot_runs import RobotSummary
 
 __all__ = ["Document", "Item", "Outcome", "Work", "unobservable_note"]
 
@@ -49,6 +52,13 @@ class Work:
             self.simulation, PAPER, progress=self.progress, workers=self.workers
         )
 
+    @cached_property
+    def robot_runs(self) -> tuple[RobotSummary, ...]:
+        """Calibration drives of the robot in MuJoCo: 20, or as many as trials where these are fewer."""
+        from airground.studies.robot_runs import RUNS, robot_summaries  # MuJoCo is loaded late
+
+        return robot_summaries(min(RUNS, self.trials), self.seed, self.workers, self.progress)
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -71,7 +81,7 @@ class Item:
     sheet: Callable[[Mapping[str, Any]], Sheet]
     """Table for people, from the JSON object alone."""
 
-    differs: str = ""
+    differs: str
     """What differs from the paper and why, in a sentence or two."""
 
 

@@ -43,9 +43,10 @@ METHODS = {
 """Keys of a recording's object, and what they are in words."""
 
 DIFFERS = (
-    "The paper has one robot and no other method. Here the truth is surveyed, every heading has a zero of its own, so "
-    "that g is compared after a rotation of the ground, and what is filmed is not what was meant to calibrate: where a "
-    "drive does not determine g, the linear method and the whole drive refuse, and findHomography answers all the same."
+    "The paper has one robot and no other method. Here the truth is surveyed, every heading has a zero of its "
+    "own, so that g is compared after a rotation of the ground, and what is filmed is not what was meant to "
+    "calibrate: where a drive does not determine g, the linear method and the whole drive refuse, and "
+    "findHomography answers all the same."
 )
 
 

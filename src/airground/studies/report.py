@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from airground.pictures.driving import draw_demo_drive
 from airground.pictures.inspection import draw_inspection
 from airground.records import replacing, write_text
 from airground.studies.film import mark_positions
+from airground.studies.html_page import html_page, inline_png
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,38 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["figure_rows", "write_report"]
 
-PAGE = """<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>airground demo</title>
-<style>
-:root {{ color-scheme: light dark; --ink: #1c2530; --soft: #5b6774; --paper: #fff; --line: #d8dee5;
-  --accent: #0b6e99; }}
-@media (prefers-color-scheme: dark) {{
-  :root {{ --ink: #e6ebf0; --soft: #9aa7b4; --paper: #12171d; --line: #2c3640; --accent: #58b7e0; }}
-}}
-* {{ box-sizing: border-box; }}
-body {{ margin: 0 auto; max-width: 62rem; padding: 2rem 1.25rem 4rem; background: var(--paper); color: var(--ink);
-  font: 16px/1.55 system-ui, sans-serif; }}
-h1 {{ font-size: 1.9rem; line-height: 1.2; margin: 0; }}
-h2 {{ font-size: 1.2rem; margin: 2.4rem 0 .4rem; }}
-p {{ max-width: 46rem; margin: .4rem 0 1rem; }}
-.soft {{ color: var(--soft); }}
-.wide {{ overflow-x: auto; }}
-table {{ border-collapse: collapse; width: 100%; }}
-th, td {{ text-align: left; padding: .45rem .9rem .45rem 0; border-bottom: 1px solid var(--line);
-  vertical-align: top; }}
-td.soft {{ min-width: 16rem; }}
-td.number {{ font-variant-numeric: tabular-nums; white-space: nowrap; }}
-th {{ font-weight: 600; color: var(--soft); }}
-img {{ display: block; width: 100%; height: auto; border: 1px solid var(--line); border-radius: 6px;
-  background: #fff; }}
-code {{ font-size: .92em; color: var(--accent); }}
-</style>
-</head>
-<body>
+BODY = """\
 <h1>One drive, no checkerboard: a camera calibrated</h1>
 <p class="soft">airground {version}, simulated world. Everything below was computed from the camera's images and from
 <code>motion.csv</code> (the robot's compass and odometer).</p>
@@ -81,10 +50,7 @@ moved onto the truth's; nothing was turned or stretched.</p>
 the robot followed it; then it was sent to three pixels. It is steered by what the camera sees, 100 ms late, its compass
 and its odometer: nothing else. The film is <a href="drive.mp4">drive.mp4</a>.</p>
 <img alt="A frame of the drive: the sketched path, coloured by its speed, goals, and the robot" src="{driveframe}">
-<img alt="Sketch, released path and where the robot drove, and its speed" src="{drive}">
-</body>
-</html>
-"""
+<img alt="Sketch, released path and where the robot drove, and its speed" src="{drive}">"""
 
 
 def write_report(out: Path, demo: Demo) -> None:
@@ -133,11 +99,12 @@ def write_report(out: Path, demo: Demo) -> None:
         for what, found, true, remark in figure_rows(demo)
     )
     pictures = {
-        name: _inline(out / f"{name}.png")
+        name: inline_png(out / f"{name}.png")
         for name in ("frame", "view", "ground", "speeds", "drive")
     }
-    pictures["driveframe"] = _inline(out / "drive-frame.png")
-    write_text(out / "report.html", PAGE.format(version=escape(__version__), rows=rows, **pictures))
+    pictures["driveframe"] = inline_png(out / "drive-frame.png")
+    body = BODY.format(version=escape(__version__), rows=rows, **pictures)
+    write_text(out / "report.html", html_page("airground demo", body))
 
 
 def _true_positions(demo: Demo) -> FloatArray:
@@ -222,7 +189,3 @@ def figure_rows(demo: Demo) -> list[tuple[str, str, str, str]]:
     ]
     rows.append(("sightings used", f"{c.fit.sightings}", "", f"residual {c.fit.rms_px:.2f} px"))
     return rows
-
-
-def _inline(path: Path) -> str:
-    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()

@@ -14,6 +14,7 @@ from airground.studies.fig8 import FIG8
 from airground.studies.fig9 import FIG9, FIG10
 from airground.studies.fig11 import FIG11
 from airground.studies.item import Item, Outcome, Work
+from airground.studies.paper_page import write_paper_page
 from airground.studies.real import REAL
 from airground.studies.sheet import rich_table
 from airground.studies.simulation import require_trials
@@ -67,7 +68,7 @@ def reproduce(
     seed : int
         Of all random numbers.
     out : Path, optional
-        Folder for pictures and ``reproduce.json``; made where it is missing.
+        Folder for pictures and ``reproduce.json``, with ``paper.html`` where all items run; made where it is missing.
     progress : callable, optional
         Told how many trials are done, and of how many.
     workers : Workers
@@ -94,6 +95,9 @@ def reproduce(
     result: dict[str, object] = {name: outcome.document for name, outcome in outcomes.items()}
     if out is not None:
         _write(out, outcomes, result)
+        if not items:
+            drawn = [name for name, outcome in outcomes.items() if outcome.draw is not None]
+            write_paper_page(out, ITEMS, result, pictures=drawn, trials=trials, seed=seed)
     return result
 
 

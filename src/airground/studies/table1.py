@@ -14,6 +14,12 @@ from airground.studies.sheet import Sheet
 
 __all__ = ["TABLE1", "typical_trial"]
 
+DIFFERS = (
+    "The paper calls its column typical, but its n is far below the median that it states: it is one of the "
+    "better trials. Ours is the trial with the median n. The noise is drawn anew, so that only the size of the "
+    "error can agree."
+)
+
 
 def typical_trial(n: np.ndarray[Any, np.dtype[np.float64]]) -> int:
     """Pick the trial whose error is the median, the lower one of two.
@@ -69,5 +75,5 @@ def _sheet(document: Mapping[str, Any]) -> Sheet:
     )
 
 
-TABLE1 = Item(_compute, _sheet)
+TABLE1 = Item(_compute, _sheet, DIFFERS)
 """Table 1."""
