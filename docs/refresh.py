@@ -60,6 +60,8 @@ def main() -> None:
         subprocess.run([sys.executable, "-m", "airground", "reproduce", "--out", name], check=True)
         for picture in ("fig4.png", "fig5.png", "fig8.png", "fig9.png", "fig10.png", "fig11.png"):
             shutil.copy(Path(name) / picture, images / picture)
+        if (Path(name) / "real.png").exists():  # recordings are at hand: AIRGROUND_DATA names them
+            shutil.copy(Path(name) / "real.png", images / "real.png")
 
 
 if __name__ == "__main__":
