@@ -24,6 +24,7 @@ from airground.studies.reproduce import ITEMS, LATER, reproduce, tables
 from airground.studies.sheet import Sheet, markdown
 from airground.studies.simulation import run_trials
 from airground.studies.table1 import typical_trial
+from robot_drives import made_up
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -43,6 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("AIRGROUND_DATA", raising=False)
+        patch.setattr("airground.studies.robot_runs.robot_summary", lambda k: made_up(k, 0.1, 0.05))
         given = reproduce([], trials=100, seed=0, out=out)
     assert json.loads((out / "reproduce.json").read_text("utf-8")) == given
     return out
@@ -60,7 +62,7 @@ def test_the_command_names_all_items() -> None:
 
 
 def test_no_item_means_all_that_exist(result: dict[str, Any]) -> None:
-    names = ["table1", "fig4", "fig5", "fig8", "fig9", "fig10", "fig11", "real"]
+    names = ["table1", "fig4", "fig5", "table2", "fig7", "fig8", "fig9", "fig10", "fig11", "real"]
     assert list(result) == list(ITEMS) == names
     assert json.loads(json.dumps(result, allow_nan=False)) == result
 
