@@ -59,7 +59,6 @@ LOOKS_S, STEPS_S = (
     0.1,
 )  # how far the world runs on before it is looked at, and before the loop steps
 CAMERA_HZ = 10.0
-WANTED_SIGMA = 0.1  # a calibration is good enough for a page sooner than for a customer
 
 
 def eyes() -> Eyes:
@@ -97,9 +96,7 @@ class TrueSite:
         self.world = LiveWorld(world, clock)
         self._eyes = EyesApart(eyes)
         robots = embedded_robots(world, speed_mps=0.4)
-        session = SessionOptions(
-            robots, name="embedded world", bounds=BOUNDS, wanted_sigma=WANTED_SIGMA
-        )
+        session = SessionOptions(robots, name="embedded world", bounds=BOUNDS)
         self.live = LiveSession(
             Session(session, known_calibration(world) if calibrated else None),
             self.world.camera,

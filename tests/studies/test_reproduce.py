@@ -311,6 +311,7 @@ class Page(HTMLParser):
 
 def test_all_items_make_a_page(folder: Path, result: dict[str, Any]) -> None:
     text = (folder / "paper.html").read_text("utf-8")
+    unbroken = text.replace("<wbr>", "")
     page = Page(text)
     assert page.ids == list(ITEMS)
     assert page.links == [f"#{name}" for name in ITEMS]
@@ -325,7 +326,7 @@ def test_all_items_make_a_page(folder: Path, result: dict[str, Any]) -> None:
         sheet = item.sheet(result[name])
         assert escape(item.differs) in text
         for row in sheet.rows:
-            assert all(f">{escape(entry)}</td>" in text for entry in row)
+            assert all(f">{escape(entry)}</td>" in unbroken for entry in row)
     assert "100 simulated drives, seed 0" in text
     assert "is not set" in text  # there are no recordings
     assert "prefers-color-scheme: dark" in text
