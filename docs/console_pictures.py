@@ -136,6 +136,7 @@ def sketch(page: Page, robot: str, points: list[tuple[float, float]]) -> None:
     before = page.evaluate(f"window.airground.paths.{robot}?.sketch ?? 0")
     page.get_by_test_id(f"robot-{robot}").click()
     page.get_by_test_id("tool-sketch").click()
+    page.wait_for_timeout(500)  # what belongs to the tool is shown
     discard = page.get_by_test_id("discard-path")
     if discard.is_visible():  # a line that is there would be pulled
         discard.click()
