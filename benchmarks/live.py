@@ -4,9 +4,10 @@
     python benchmarks/live.py stop               a click in a real browser, while both cores are kept busy
     python benchmarks/live.py memory --minutes 30
 
-Everything runs in this one process, as `airground serve` does: the embedded world draws the camera's pictures in it,
-which a real camera would not. frame_to_command: from the frame in memory to the last robot's command handed over;
-vision: detector and tracker; step: the session's own. No peer is known that a user would run instead.
+The session runs here as in `airground serve`; detector and tracker, and the embedded world that draws the pictures
+and drives the robots, have processes of their own on the same computer. frame_to_command: from the frame in memory
+to the last robot's command handed over; vision: detector and tracker, there and back; decide: from the inputs to the
+commands; step: with what people are told. No peer is known that a user would run instead.
 """
 
 from __future__ import annotations

@@ -54,10 +54,8 @@ OVERLAPS = Path(__file__).with_name("overlaps.js").read_text()
 # The page's own processes have to share the computer too.
 BOUNDS = SafetyBounds(operator_s=4.0)
 SILENCE_S = 2.0
-LOOKS_S, STEPS_S = (
-    0.3,
-    0.1,
-)  # how far the world runs on before it is looked at, and before the loop steps
+LOOKS_S = 0.25  # how far the world runs on before it is looked at
+STEPS_S = 0.04  # and before the loop steps: who is told late drives too far, which is not the page's doing
 CAMERA_HZ = 10.0
 
 

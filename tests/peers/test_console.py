@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 GOALS = (330.0, 450.0), (600.0, 470.0)
 NEAR_PX, NEAR_M = 3.0, 0.02
-FOLLOWS_PX, FOLLOWS_M = 6.0, 0.03  # pixels are half centimetres at this distance
+FOLLOWS_PX = 6.0  # of a robot under way
 SERVE = (sys.executable, "-m", "airground", "serve", "--port")
 
 
@@ -48,18 +48,12 @@ def drive(page: Console, site: TrueSite) -> tuple[float, float]:
     return goal
 
 
-def arrives(
-    page: Console,
-    site: TrueSite,
-    goal: tuple[float, float],
-    near_px: float = NEAR_PX,
-    near_m: float = NEAR_M,
-) -> None:
+def arrives(page: Console, site: TrueSite, goal: tuple[float, float]) -> None:
     page.until("state.robots[0].done")
     page.wait(lambda: site.speed() < STANDS_MPS)
     px, m = site.off(goal)
-    assert px < near_px
-    assert m < near_m
+    assert px < NEAR_PX
+    assert m < NEAR_M
 
 
 def serve(start: Start, *options: str, port: int = 0) -> tuple[subprocess.Popen[str], str]:
@@ -123,7 +117,7 @@ def test_a_sketch_is_smoothed_shown_and_driven(site: TrueSite, console: Open) ->
     off_px = []
     while not page.get("state.robots[0].done"):
         off_px.append(off_line(way, site.truth().uv))
-    arrives(page, site, (end[0], end[1]), FOLLOWS_PX, FOLLOWS_M)
+    arrives(page, site, (end[0], end[1]))
     assert len(off_px) > 10
     assert max(off_px) < FOLLOWS_PX
 

@@ -95,7 +95,9 @@ def test_a_sketch_is_shown_then_driven_as_it_was_shown() -> None:
     assert np.sqrt(np.mean(np.square(off))) < 3
     assert np.diff(progress).min() >= 0
     assert progress[-1] > 0.97
-    assert off_px(one, tuple(line[-1])) < 5
+    one.run(1.0)  # it comes to rest
+    assert off_px(one, tuple(line[-1])) < 2
+    assert off_m(one, tuple(line[-1])) < 0.01
 
 
 def test_what_stands_in_the_way_is_waited_for_and_told() -> None:

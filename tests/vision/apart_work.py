@@ -34,6 +34,8 @@ class Touchy:
             raise UndeterminedError("nothing can be said of frame 2")
         if frame.index == 3:
             raise KeyError("three")
+        if frame.index == 11:
+            time.sleep(600.0)
         if frame.index == 10:
             raise InputError(f"{gc.get_freeze_count()} frozen")
         if frame.index == 4:

@@ -170,6 +170,14 @@ def test_after_its_death_there_are_fresh_eyes() -> None:
         assert eyes.look(blank(7, t=0.1)).state.names == ("candidate-1",)
 
 
+def test_eyes_that_hang_are_given_up() -> None:
+    with EyesApart(apart_work.touchy_eyes, patience_s=3.0) as eyes:
+        with pytest.raises(UnreachableError, match="detector and tracker: no answer for 3 s"):
+            eyes.look(blank(11))
+        assert processes() == []
+        assert eyes.look(blank(12)).state.names == ("candidate-1",)
+
+
 def test_close_leaves_neither_process_nor_memory() -> None:
     eyes = EyesApart(apart_work.touchy_eyes)
     eyes.look(blank(0))

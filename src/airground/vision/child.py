@@ -47,13 +47,15 @@ class Child:
         """Whether it runs."""
         return self._process.is_alive()
 
-    def ask(self, order: Any) -> Any:
+    def ask(self, order: Any, patience_s: float | None = None) -> Any:
         """Send an order and wait for what comes back.
 
         Parameters
         ----------
         order : object
             Can be pickled.
+        patience_s : float, optional [s]
+            For how long; for ever where not given.
 
         Returns
         -------
@@ -63,10 +65,12 @@ class Child:
         Raises
         ------
         UnreachableError
-            If it has died.
+            If it has died, or says nothing; then it is of no use any more, as its answer may still come.
         """
         try:
             self.pipe.send(order)
+            if patience_s is not None and not self.pipe.poll(patience_s):
+                raise UnreachableError(f"{self._what}: no answer for {patience_s:g} s")
             return self.pipe.recv()
         except (EOFError, OSError) as error:
             raise self.died() from error

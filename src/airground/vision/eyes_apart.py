@@ -25,16 +25,20 @@ if TYPE_CHECKING:
 
 __all__ = ["EyesApart"]
 
+PATIENCE_S = 20.0  # a network's first picture takes its time; robots stand long before
+
 
 class EyesApart:
     """`Eyes` elsewhere. A context manager; one thread at a time may look.
 
-    Where the other process dies, looking raises once, and begins with fresh eyes the next time.
+    Where the other process dies, or hangs, looking raises once, and begins with fresh eyes the next time.
 
     Parameters
     ----------
     make : callable
         Makes the eyes, there; can be pickled.
+    patience_s : float [s]
+        For how long an answer is waited for.
 
     Raises
     ------
@@ -44,8 +48,9 @@ class EyesApart:
         If the other process does not come up.
     """
 
-    def __init__(self, make: Callable[[], Eyes]) -> None:
+    def __init__(self, make: Callable[[], Eyes], *, patience_s: float = PATIENCE_S) -> None:
         self._make = make
+        self._patience_s = patience_s
         self._images: SharedImages | None = None
         self._count = 0
         self._child: Child | None = None
@@ -69,7 +74,7 @@ class EyesApart:
         AirgroundError
             What looking raised.
         UnreachableError
-            If the other process has died.
+            If the other process has died, or hangs.
         """
         child = self._child or self._open()
         image = frame.image
@@ -81,7 +86,9 @@ class EyesApart:
         self._images.write(self._count, image)
         about = (frame.t, frame.clock, frame.index, frame.segment, frame.late_s)
         try:
-            answer = child.ask((self._images.name, image.shape, self._count, about))
+            answer = child.ask(
+                (self._images.name, image.shape, self._count, about), self._patience_s
+            )
         except UnreachableError:
             self._end()
             raise
