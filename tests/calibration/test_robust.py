@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 import airground as ag
 from airground import MotionSamples, UnobservableMotionError
-from airground.calibration import robust_fit
+from airground.calibration import calibrate, robust_fit
 from airground.calibration.motion_table import THRESHOLD
-from airground.geometry import velocity_map_error
+from airground.geometry import align_rotation, n_error, velocity_map_error
 from airground.geometry.velocity import image_velocity, image_velocity_gradient
+from airground.sim.recording_noise import RecordingNoise
+from airground.sim.recording_plan import RecordingPlan
+from airground.sim.recordings import record
 from scenes import (
     Array,
     Scene,
@@ -345,3 +348,16 @@ def test_too_few_samples(count: int, rng: np.random.Generator) -> None:
     with pytest.raises(ag.SampleError, match=f"{count} samples") as caught:
         ag.estimate_robust(samples, sigma_pxps=1.0, rng=rng)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("seed", [200, 204])
+def test_an_alternative_that_no_camera_sees_is_none(seed: int) -> None:
+    """Here a solution for other signs of the motion has parallel columns: it ended the calibration."""
+    plan = RecordingPlan(drive="random_turns", tilt_deg=35, robots=3)
+    noise = RecordingNoise(
+        pixel_px=1, speed_mps=0.003, heading_rad=0.02, slip=0.02, heading_bias_rad=(0, 0.8, -1.5)
+    )
+    recording = record(plan, noise, seed=np.random.default_rng([0, seed]))
+    found = calibrate(recording.tracks, recording.motion, image_size_px=(1024, 768))
+    truth = recording.truth.camera.g
+    assert n_error(truth, align_rotation(truth, found.model)[0]) < 0.012

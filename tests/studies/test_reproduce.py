@@ -45,6 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("AIRGROUND_DATA", raising=False)
         patch.setattr("airground.studies.robot_runs.robot_summary", lambda k: made_up(k, 0.1, 0.05))
+        patch.setattr("airground.studies.beyond.DRIVES", 1)
         given = reproduce([], trials=100, seed=0, out=out)
     assert json.loads((out / "reproduce.json").read_text("utf-8")) == given
     return out
@@ -62,7 +63,19 @@ def test_the_command_names_all_items() -> None:
 
 
 def test_no_item_means_all_that_exist(result: dict[str, Any]) -> None:
-    names = ["table1", "fig4", "fig5", "table2", "fig7", "fig8", "fig9", "fig10", "fig11", "real"]
+    names = [
+        "table1",
+        "fig4",
+        "fig5",
+        "table2",
+        "fig7",
+        "fig8",
+        "fig9",
+        "fig10",
+        "fig11",
+        "real",
+        "beyond",
+    ]
     assert list(result) == list(ITEMS) == names
     assert json.loads(json.dumps(result, allow_nan=False)) == result
 

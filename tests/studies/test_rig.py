@@ -10,9 +10,11 @@ from shapely import Polygon, points  # type: ignore[import-untyped]
 
 from airground.control import Fence, Floor, PathFollower, PointToPoint, plan_way, smooth_sketch
 from airground.geometry.arrays import FloatArray
+from airground.sim.point_eye import PointEye
 from airground.studies.drive_measures import distance_to_line, rms
 from airground.studies.driving_world import DrivingWorld, demo_driving_world
 from airground.studies.rig import Rig
+from airground.studies.rig_body import EmbeddedBody
 from airground.studies.rig_options import LAG_S, RigOptions, limits_for
 
 WORLD = demo_driving_world()
@@ -114,11 +116,14 @@ def test_a_goal_inside_a_keep_out_area_ends_in_a_stop_before_it() -> None:
 def test_a_robot_that_is_lost_or_stuck_is_stopped(fault: str) -> None:
     loop = rig()
     loop.settle()
+    body = loop.body
+    assert isinstance(body, EmbeddedBody)
     if fault == "hidden":
-        eye = loop._eye
-        eye.options = replace(eye.options, hidden_s=((2.5, 60.0),))  # type: ignore[union-attr]
+        eye = body.eye
+        assert isinstance(eye, PointEye)
+        eye.options = replace(eye.options, hidden_s=((2.5, 60.0),))
     else:
-        loop.plant.options = replace(loop.plant.options, blocked_s=(2.5, 60.0))
+        body.plant.options = replace(body.plant.options, blocked_s=(2.5, 60.0))
     to = PointToPoint(loop.floor, pixel(1.5, 4.9)[None], loop.limits, response_s=LAG_S)
     driven = loop.drive(to, most_s=12)
     assert not driven.done

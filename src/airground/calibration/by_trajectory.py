@@ -25,6 +25,8 @@ __all__ = ["calibrate_trajectory"]
 
 ASKED = 500  # image points over which an uncertainty is averaged
 FEWEST_INLIERS = 0.35  # share of the sightings that must follow the estimate
+MOST = 0.5  # share of a track that must: the rest, were it more, could follow another g
+NAMED = 3  # robots in a message
 HEADINGS = 2  # whose vanishing points and speeds determine g
 RANK = 6  # of eq. 15, both components
 
@@ -96,13 +98,7 @@ def calibrate_trajectory(
         np.sqrt(np.mean(raw_relative_sigma(model.g, covariance, lens, k1_covariance, uv=some) ** 2))
     )
     headings = distinct_headings_deg(drive.start.data.samples.xy_dot)
-    if drive.inliers < FEWEST_INLIERS:
-        raise UnobservableMotionError(
-            f"only {drive.inliers:.0%} of the sightings follow the estimate",
-            rank=0,
-            headings_deg=headings,
-            advice="look for wrong sightings, or for readings of another robot or clock",
-        )
+    _require_following(drive, headings)
     observability = verdict(
         sigma,
         _singular(drive),
@@ -142,6 +138,36 @@ def calibrate_trajectory(
         lens=lens,
         k1_covariance=k1_covariance,
     )
+
+
+def _require_following(drive: WholeDrive, headings: tuple[float, ...]) -> None:
+    """Refuse where the rest may follow another g: of tracks that move smoothly, more than half must follow this one."""
+    if drive.followed >= MOST and drive.inliers >= FEWEST_INLIERS:
+        return
+    if drive.followed < MOST:
+        reason = (
+            f"only {drive.followed:.0%} of the sightings that form a track follow the drive that the readings tell, "
+            f"more than half must{_worst(drive)}"
+        )
+        names = (
+            "names may be mixed up (`airground identify` tells who is who), or "
+            if len(drive.following) > 1
+            else ""
+        )
+        advice = f"{names}the readings may be of another robot, drive or clock"
+    else:
+        reason = f"only {drive.inliers:.0%} of the sightings follow the estimate"
+        advice = "look for wrong sightings, or for readings of another robot or clock"
+    raise UnobservableMotionError(reason, rank=0, headings_deg=headings, advice=advice)
+
+
+def _worst(drive: WholeDrive) -> str:
+    """Robots most of whose track goes a way of its own, the worst first; nothing where there is one robot."""
+    astray = sorted((share, name) for name, share in drive.following.items() if share < MOST)
+    if len(drive.following) == 1 or not astray:
+        return ""
+    told = ", ".join(f"{name} {share:.0%}" for share, name in astray[:NAMED])
+    return f" ({told}{', ...' if len(astray) > NAMED else ''})"
 
 
 def _singular(drive: WholeDrive) -> FloatArray:
@@ -224,6 +250,13 @@ def _remark(
         say(
             "the headings of all targets are taken as counted from one zero: no drive alone can tell"
         )
+    if worst := _worst(drive):
+        say(f"less than half of a robot's track follows{worst}: names may be mixed up")
+    if _mirrored(drive) and motion.heading is not None and len(problem.chains) > 1:
+        say(
+            "the ground frame comes out left-handed, as north-east is; if your headings count counter-clockwise, "
+            "names are mixed up (`airground identify` tells who is who)"
+        )
     if drive.hanging > 1.5:
         say(
             f"errors of sightings hang together (as if {drive.hanging:.0f} frames were one): "
@@ -231,3 +264,8 @@ def _remark(
         )
     if drive.rival:
         say("two different solutions fit alike, and the better one was taken; drive also elsewhere")
+
+
+def _mirrored(drive: WholeDrive) -> bool:
+    """Whether the image shows the ground frame's turns in their own sense: v points down, and a camera sees from above."""
+    return bool(np.linalg.det(drive.model.jacobian(drive.problem.view.middle)) > 0)

@@ -63,21 +63,10 @@ class Windows:
         velocity : (W, 2) array
             Its derivative by time.
         """
-        S2, skew, norm2 = self.moments
-        S0 = float(self.count)
-        base = y[self.first]  # differences from the first row: large coordinates cost no digits
-        b0, b1, b2 = np.zeros_like(base), np.zeros_like(base), np.zeros_like(base)
-        for k in range(self.count):
-            s = t[self.first + k] - self.centre
-            dy = y[self.first + k] - base
-            b0 += dy
-            b1 += s[:, None] * dy
-            if self.count >= MIN_PARABOLA:
-                b2 += (s**2 - skew * s - S2 / S0)[:, None] * dy
-        b0, b1 = b0 / S0, b1 / S2[:, None]
-        b2 = b2 / np.where(norm2 > 0, norm2, np.inf)[:, None]
+        S2, skew, _ = self.moments
+        base, b0, b1, b2 = self._coefficients(t, y)
         tau = (np.zeros_like(self.centre) if at is None else at - self.centre)[:, None]
-        bent = tau**2 - skew[:, None] * tau - (S2 / S0)[:, None]
+        bent = tau**2 - skew[:, None] * tau - (S2 / self.count)[:, None]
         return base + b0 + b1 * tau + b2 * bent, b1 + b2 * (2 * tau - skew[:, None])
 
     def velocity_gain(self, at: FloatArray | None = None) -> FloatArray:
@@ -98,6 +87,52 @@ class Windows:
         return np.asarray(
             np.sqrt(1 / S2 + (2 * tau - skew) ** 2 / np.where(norm2 > 0, norm2, np.inf))
         )
+
+    def scatter(self, t: FloatArray, y: FloatArray) -> FloatArray:
+        """How far points lie from the polynomial of their window.
+
+        Parameters
+        ----------
+        t : (N,) array [s]
+            Times of the rows.
+        y : (N, 2) array
+            Points.
+
+        Returns
+        -------
+        scatter : (W,) array
+            Root of the mean square of a coordinate, with the degrees of freedom that the fit took counted; 0 where
+            it took all.
+        """
+        free = self.count - (3 if self.count >= MIN_PARABOLA else 2)
+        squared = np.zeros(len(self.first))
+        if free < 1:
+            return squared
+        S2, skew, _ = self.moments
+        base, b0, b1, b2 = self._coefficients(t, y)
+        for k in range(self.count):
+            s = t[self.first + k] - self.centre
+            bent = s**2 - skew * s - S2 / self.count
+            off = y[self.first + k] - base - b0 - b1 * s[:, None] - b2 * bent[:, None]
+            squared += np.einsum("wi,wi->w", off, off)
+        return np.asarray(np.sqrt(squared / (2 * free)))
+
+    def _coefficients(
+        self, t: FloatArray, y: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Of 1, p1 and p2, with the first row that they are counted from before them; (W, 2) each."""
+        S2, skew, norm2 = self.moments
+        S0 = float(self.count)
+        base = y[self.first]  # differences from the first row: large coordinates cost no digits
+        b0, b1, b2 = np.zeros_like(base), np.zeros_like(base), np.zeros_like(base)
+        for k in range(self.count):
+            s = t[self.first + k] - self.centre
+            dy = y[self.first + k] - base
+            b0 += dy
+            b1 += s[:, None] * dy
+            if self.count >= MIN_PARABOLA:
+                b2 += (s**2 - skew * s - S2 / S0)[:, None] * dy
+        return base, b0 / S0, b1 / S2[:, None], b2 / np.where(norm2 > 0, norm2, np.inf)[:, None]
 
     def rows_covered(self, rows: int) -> int:
         """Count the rows that stand in any of the windows.

@@ -167,6 +167,8 @@ def robust_fit(
             other = _Fit(*table.finish(start))
             if not different(problem, other.model[None], best.model, _APART)[0]:
                 continue
+            if _relation(problem, other) is None:  # no camera sees so
+                continue
             if _excess(other, best) < 0:
                 best, other = other, best
             if _excess(other, best) < _ALIKE and (second is None or _excess(other, second) < 0):
@@ -174,11 +176,15 @@ def robust_fit(
         inliers = best.squares <= THRESHOLD
         require_consensus(samples, problem, inliers, found.tried)
         relative_sigma = require_rank(samples, problem, best.model, best.information, inliers)
+        model = _relation(problem, best)
+        if model is None:
+            rank = rank_of_one_heading(problem)
+            raise unobservable(samples, None, rank, "all that fits has parallel columns of g")
     return RobustFit(
-        model=LimitedHomography(problem.g(best.model)),
+        model=model,
         inliers=inliers,
         cost=_cost(best),
-        alternative=None if second is None else LimitedHomography(problem.g(second.model)),
+        alternative=None if second is None else _relation(problem, second),
         alternative_cost=math.inf if second is None else _cost(second),
         hypotheses=found.tried,
         relative_sigma=relative_sigma,
@@ -202,6 +208,14 @@ class _Fit:
 
     information: FloatArray
     """(6, 6). Inverse covariance of the model."""
+
+
+def _relation(problem: MotionProblem, fit: _Fit) -> LimitedHomography | None:
+    """What was fitted, as a relation between image and ground; None where it is none, as its columns are parallel."""
+    try:
+        return LimitedHomography(problem.g(fit.model))
+    except InputError:
+        return None
 
 
 def _others(problem: MotionProblem, best: FloatArray, found: Consensus) -> list[FloatArray]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from airground.calibration.local_polynomial import MIN_PARABOLA, noise_level, windows
+from airground.calibration.image_velocity import image_motion
+from airground.calibration.local_polynomial import MIN_PARABOLA, noise_level
 from airground.calibration.recordings import IntArray, refuse_extremes
 from airground.calibration.window_choice import choose_count, gap_limit
 from airground.geometry.arrays import FloatArray
@@ -89,7 +90,8 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
     """Measure the ground velocity of all targets, robots and third parties alike.
 
     Image velocities come from parabolas over a window of sightings around each, chosen per target from its
-    rate and noise. They are fitted to raw pixels, where the noise is even, and then undistorted.
+    rate and noise; beside a start or a stop, over a window that does not reach over it. They are fitted to raw
+    pixels, where the noise is even, and then undistorted.
 
     Parameters
     ----------
@@ -129,10 +131,13 @@ def measure_speeds(calibration: Calibration, tracks: Tracks) -> Speeds:
         # A sighting at the end of a line's window is not where the line's velocity holds; a parabola bends.
         wanted = max(wanted, MIN_PARABOLA)
         limit = gap_limit(tracks.t[rows]) if len(tracks.t[rows]) >= OWN_RATE else usual
-        uv[rows], uv_dot[rows], gain = _image_velocity(
-            tracks.t[rows], tracks.uv[rows], wanted, limit
+        uv[rows], uv_dot[rows], noise[rows] = image_motion(
+            tracks.t[rows],
+            tracks.uv[rows],
+            wanted=wanted,
+            limit=limit,
+            sigma=np.broadcast_to(sigma, len(tracks.t[rows])),
         )
-        noise[rows] = gain * sigma
     lonely = np.isnan(uv_dot).any(axis=1)
     ground = calibration.is_ground(
         np.where(lonely[:, None], tracks.uv, uv)
@@ -163,32 +168,6 @@ def _usual_gap_limit(tracks: Tracks) -> float:
     """The gap limit for targets too short to show their own rate: as if all were one track."""
     steps = np.diff(tracks.t)[np.diff(tracks.target_index) == 0]
     return gap_limit(np.concatenate([[0.0], np.cumsum(steps)]))
-
-
-def _image_velocity(
-    t: FloatArray, uv: FloatArray, wanted: int, limit: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Smoothed position, velocity and its gain at each sighting; NaN where it has no neighbour."""
-    rows = np.arange(len(t))
-    broken = np.concatenate([[True], np.diff(t) > limit])
-    run = np.cumsum(broken) - 1
-    start = np.flatnonzero(broken)
-    length = np.diff(np.append(start, len(t)))
-    count = np.minimum(wanted, length[run])
-    position, velocity, gain = (
-        np.full((len(t), 2), np.nan),
-        np.full((len(t), 2), np.nan),
-        np.full(len(t), np.nan),
-    )
-    for size in np.unique(count[count >= 2]):
-        mine = rows[count == size]
-        first = np.clip(
-            mine - size // 2, start[run[mine]], start[run[mine]] + length[run[mine]] - size
-        )
-        w = windows(t, first, int(size))
-        position[mine], velocity[mine] = w.fit(t, uv, at=t[mine])
-        gain[mine] = w.velocity_gain(t[mine])
-    return position, velocity, gain
 
 
 def _along(xy_dot: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -19,7 +19,20 @@ NAME = "reproduce"
 MAX_TRIALS = 10_000_000
 MAX_JOBS = 1024
 # Names of the items, without loading what runs them; a test compares.
-NAMES = ("table1", "fig4", "fig5", "table2", "fig7", "fig8", "fig9", "fig10", "fig11", "real")
+NAMES = (
+    "table1",
+    "fig4",
+    "fig5",
+    "table2",
+    "fig7",
+    "fig8",
+    "fig9",
+    "fig10",
+    "fig11",
+    "real",
+    "beyond",
+    "others",
+)
 SUMMARY = "run the paper's experiments: tables and figures, paper beside ours"
 EXAMPLE = """\
   airground reproduce table1 fig4 fig5 --trials 100 --out out/paper

@@ -2,97 +2,99 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from airground.geometry.arrays import FloatArray
 from airground.pictures.style import INK, PALETTE, SOFT, dress, new_figure, save_png
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
-
-    from airground.geometry.arrays import FloatArray
+    from matplotlib.figure import Figure
 
 __all__ = [
+    "DrivenPanel",
     "draw_demo_drive",
     "draw_goals",
-    "draw_ground_path",
-    "draw_image_path",
+    "draw_ground_paths",
+    "draw_image_paths",
     "draw_velocities",
 ]
 
 WANTED, DRIVEN, CALIBRATION = PALETTE[1], PALETTE[0], SOFT
 
 
-def draw_image_path(
-    path: Path,
-    *,
-    size_px: tuple[int, int],
-    wanted: FloatArray,
-    driven: FloatArray,
-    heading: FloatArray,
-    title: str = "",
-) -> None:
-    """Draw a wanted path and the driven one as the camera sees them (figure 8).
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenPanel:
+    """A drive beside what was wanted, in one world."""
+
+    title: str
+    """Above it."""
+
+    wanted: FloatArray
+    """(N, 2) [px or m]. A path, or goals in order."""
+
+    driven: FloatArray
+    """(M, 2). The same of what was driven."""
+
+    size_px: tuple[int, int] = (0, 0)
+    """Width and height of the image; not used on the ground."""
+
+    heading: FloatArray | None = None
+    """(2,). A point ahead of the robot at its start."""
+
+    calibration: FloatArray | None = None
+    """(L, 2). Where the robot was during calibration."""
+
+
+def draw_image_paths(path: Path, panels: Sequence[DrivenPanel]) -> None:
+    """Draw wanted paths and driven ones as the camera sees them (figure 8).
 
     Parameters
     ----------
     path : Path
         PNG to write.
-    size_px : (int, int) [px]
-        Width and height of the image.
-    wanted : (N, 2) array [px]
-        What was asked for.
-    driven : (M, 2) array [px]
-        What was driven.
-    heading : (2,) array [px]
-        Image of a point ahead of the robot at its start.
-    title : str
-        Above it.
+    panels : sequence of DrivenPanel
+        Of one world each, in pixels.
     """
-    figure = new_figure(7.2, 4.6)
-    ax = figure.add_subplot()
-    ax.plot(*wanted.T, "--", color=WANTED, linewidth=1.8, label="wanted")
-    ax.plot(*driven.T, color=DRIVEN, linewidth=1.6, label="driven")
-    _start(ax, driven[0], heading)
-    _image_axes(ax, size_px, title)
-    ax.legend(loc="best", fontsize=9, frameon=False)
+    figure = new_figure(7.2 if len(panels) == 1 else 11.0, 4.6 if len(panels) == 1 else 4.0)
+    for ax, panel in _each(figure, panels):
+        ax.plot(*panel.wanted.T, "--", color=WANTED, linewidth=1.8, label="wanted")
+        ax.plot(*panel.driven.T, color=DRIVEN, linewidth=1.6, label="driven")
+        _start(ax, panel)
+        _image_axes(ax, panel.size_px, panel.title)
+        ax.legend(loc="best", fontsize=9, frameon=False)
     save_png(figure, path)
 
 
-def draw_ground_path(
-    path: Path, *, wanted: FloatArray, driven: FloatArray, heading: FloatArray, title: str = ""
-) -> None:
-    """Draw a wanted path and the driven one on the ground (figure 9).
+def draw_ground_paths(path: Path, panels: Sequence[DrivenPanel]) -> None:
+    """Draw wanted paths and driven ones on the ground (figure 9).
 
     Parameters
     ----------
     path : Path
         PNG to write.
-    wanted : (N, 2) array [m]
-        What was asked for.
-    driven : (M, 2) array [m]
-        What was driven.
-    heading : (2,) array [m]
-        Point ahead of the robot at its start.
-    title : str
-        Above it.
+    panels : sequence of DrivenPanel
+        Of one world each, in metres.
     """
-    figure = new_figure(6.4, 5.2)
-    ax = figure.add_subplot()
-    ax.plot(*wanted.T, color=WANTED, linewidth=1.8, label="wanted")
-    ax.plot(*driven.T, "-.", color=DRIVEN, linewidth=1.6, label="driven")
-    _start(ax, driven[0], heading)
-    ax.set_aspect("equal")
-    dress(ax, title=title, xlabel="x [m]", ylabel="y [m]")
-    ax.legend(loc="best", fontsize=9, frameon=False)
+    figure = new_figure(6.4 if len(panels) == 1 else 11.0, 5.2 if len(panels) == 1 else 4.6)
+    for ax, panel in _each(figure, panels):
+        ax.plot(*panel.wanted.T, color=WANTED, linewidth=1.8, label="wanted")
+        ax.plot(*panel.driven.T, "-.", color=DRIVEN, linewidth=1.6, label="driven")
+        _start(ax, panel)
+        ax.set_aspect("equal")
+        dress(ax, title=panel.title, xlabel="x [m]", ylabel="y [m]")
+        ax.legend(loc="best", fontsize=9, frameon=False)
     save_png(figure, path)
 
 
 def draw_velocities(
-    path: Path, *, t: FloatArray, v: FloatArray, omega: FloatArray, title: str = ""
+    path: Path, curves: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]], title: str = ""
 ) -> None:
     """Draw forward and angular velocity over time (figure 10).
 
@@ -100,72 +102,62 @@ def draw_velocities(
     ----------
     path : Path
         PNG to write.
-    t : (N,) array [s]
-        Times.
-    v : (N,) array [m/s]
-        Forward velocity.
-    omega : (N,) array [rad/s]
-        Angular velocity.
+    curves : mapping of str to ((N,) array, (N,) array, (N,) array) [s, m/s, rad/s]
+        Time, forward and angular velocity, by where they were driven.
     title : str
         Above it.
     """
     figure = new_figure(7.2, 4.8)
     above, below = figure.subplots(2, 1, sharex=True)
-    above.plot(t, v, color=PALETTE[0], linewidth=1.4)
-    below.plot(t, omega, color=PALETTE[1], linewidth=1.4)
+    for (name, (t, v, omega)), colour in zip(curves.items(), PALETTE, strict=False):
+        above.plot(t, v, color=colour, linewidth=1.3, label=name)
+        below.plot(t, omega, color=colour, linewidth=1.3)
     for ax in (above, below):
         ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    if len(curves) > 1:
+        above.legend(loc="best", fontsize=9, frameon=False)
     dress(above, title=title, ylabel="v [m/s]")
     dress(below, xlabel="t [s]", ylabel="ω [rad/s]")
     save_png(figure, path)
 
 
-def draw_goals(
-    path: Path,
-    *,
-    size_px: tuple[int, int],
-    calibration: FloatArray,
-    driven: FloatArray,
-    goals: FloatArray,
-    title: str = "",
-) -> None:
-    """Draw a calibration drive, and the way through clicked goals after it, in the image (figure 11).
+def draw_goals(path: Path, panels: Sequence[DrivenPanel]) -> None:
+    """Draw calibration drives, and the ways through clicked goals after them, in the image (figure 11).
 
     Parameters
     ----------
     path : Path
         PNG to write.
-    size_px : (int, int) [px]
-        Width and height of the image.
-    calibration : (N, 2) array [px]
-        Where the robot was during calibration.
-    driven : (M, 2) array [px]
-        Where it was on its way through the goals.
-    goals : (K, 2) array [px]
-        What was clicked, in order.
-    title : str
-        Above it.
+    panels : sequence of DrivenPanel
+        Of one world each, in pixels; wanted are the goals, in order.
     """
-    figure = new_figure(7.2, 4.6)
-    ax = figure.add_subplot()
-    ax.plot(*calibration.T, ":", color=CALIBRATION, linewidth=1.8, label="calibration drive")
-    ax.plot(*driven.T, color=DRIVEN, linewidth=1.6, label="from goal to goal")
-    ax.plot(
-        *goals.T,
-        "o",
-        markerfacecolor="none",
-        markeredgecolor=WANTED,
-        markersize=11,
-        markeredgewidth=1.6,
-        label="clicked goals",
-    )
-    for k, (u, v) in enumerate(goals.tolist()):
-        ax.annotate(
-            str(k + 1), (u, v), xytext=(9, 7), textcoords="offset points", fontsize=9, color=INK
+    figure = new_figure(7.2 if len(panels) == 1 else 11.0, 4.6 if len(panels) == 1 else 4.0)
+    for ax, panel in _each(figure, panels):
+        if panel.calibration is not None:
+            ax.plot(
+                *panel.calibration.T,
+                ":",
+                color=CALIBRATION,
+                linewidth=1.8,
+                label="calibration drive",
+            )
+        ax.plot(*panel.driven.T, color=DRIVEN, linewidth=1.6, label="from goal to goal")
+        ax.plot(
+            *panel.wanted.T,
+            "o",
+            markerfacecolor="none",
+            markeredgecolor=WANTED,
+            markersize=11,
+            markeredgewidth=1.6,
+            label="clicked goals",
         )
-    ax.plot(*driven[0], "+", color=INK, markersize=14, markeredgewidth=1.6)
-    _image_axes(ax, size_px, title)
-    ax.legend(loc="best", fontsize=9, frameon=False)
+        for k, (u, v) in enumerate(panel.wanted.tolist()):
+            ax.annotate(
+                str(k + 1), (u, v), xytext=(9, 7), textcoords="offset points", fontsize=9, color=INK
+            )
+        _start(ax, panel)
+        _image_axes(ax, panel.size_px, panel.title)
+        ax.legend(loc="best", fontsize=9, frameon=False)
     save_png(figure, path)
 
 
@@ -227,9 +219,17 @@ def draw_demo_drive(
     save_png(figure, path)
 
 
-def _start(ax: Axes, at: FloatArray, ahead: FloatArray) -> None:
+def _each(figure: Figure, panels: Sequence[DrivenPanel]) -> Iterator[tuple[Axes, DrivenPanel]]:
+    """Axes side by side."""
+    axes = figure.subplots(1, len(panels), squeeze=False)[0]
+    yield from zip(axes, panels, strict=True)
+
+
+def _start(ax: Axes, panel: DrivenPanel) -> None:
     """Cross-hair and line: where the robot starts, and where it heads."""
-    ax.plot(*np.stack([at, ahead]).T, color=INK, linewidth=1.6)
+    at = panel.driven[0]
+    if panel.heading is not None:
+        ax.plot(*np.stack([at, panel.heading]).T, color=INK, linewidth=1.6)
     ax.plot(*at, "+", color=INK, markersize=14, markeredgewidth=1.6, label="start")
 
 

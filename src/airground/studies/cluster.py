@@ -79,7 +79,12 @@ class Cluster:
         self._leave()
 
     def map(
-        self, function: Callable[..., T], tasks: Iterable[tuple[Any, ...]], count: int
+        self,
+        function: Callable[..., T],
+        tasks: Iterable[tuple[Any, ...]],
+        count: int,
+        *,
+        long: bool = False,
     ) -> Iterator[T]:
         """Do the tasks.
 
@@ -91,6 +96,8 @@ class Cluster:
             Its arguments.
         count : int
             How many there are.
+        long : bool
+            Whether each takes long.
 
         Yields
         ------
@@ -102,7 +109,7 @@ class Cluster:
         UnreachableError
             If the cluster is lost.
         """
-        del count
+        del count, long
         client = self._client
 
         def submit(task: tuple[Any, ...]) -> Any:

@@ -157,7 +157,7 @@ def write_drive(out: Path, result: DriveResult) -> None:
     result : DriveResult
         What to write.
     """
-    from airground.pictures.driving import draw_image_path
+    from airground.pictures.driving import DrivenPanel, draw_image_paths
 
     write_text(out / "drive.json", json.dumps(result.document(), indent=2, allow_nan=False) + "\n")
     names = "t_s,u_px,v_px,x_m,y_m,heading_rad,speed_mps,turn_rate_radps"
@@ -172,10 +172,6 @@ def write_drive(out: Path, result: DriveResult) -> None:
     reach = 0.5 * result.world.speed_mps / 0.3
     ahead = first.xy[0] + reach * np.array([np.cos(first.theta[0]), np.sin(first.theta[0])])
     with replacing(out / "drive.png") as temporary:
-        draw_image_path(
-            temporary,
-            size_px=result.world.camera.image_size_px,
-            wanted=wanted,
-            driven=driven,
-            heading=result.world.distorted(result.world.camera.project(ahead)),
-        )
+        heading = result.world.distorted(result.world.camera.project(ahead))
+        panel = DrivenPanel("", wanted, driven, result.world.camera.image_size_px, heading)
+        draw_image_paths(temporary, [panel])

@@ -31,7 +31,7 @@ ACROSS_S = 12.0  # a robot crosses the region of the calibration in about so lon
 class DrivingWorld:
     """Camera, ground and where the robot starts: the truth."""
 
-    name: Literal["demo", "calibration", "paper"]
+    name: Literal["demo", "calibration", "paper", "mujoco"]
     """Which one."""
 
     camera: SimCamera

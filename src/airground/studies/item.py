@@ -8,15 +8,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from airground.errors import AirgroundError
 from airground.studies.sheet import Sheet
 from airground.studies.simulation import PAPER, Progress, Trials, run_trials
 from airground.studies.whole_drive import WholeDriveTrials, whole_drive_trials
 from airground.studies.workers import HERE, Workers
 
 if TYPE_CHECKING:
+    from airground.studies.robot_figures import RobotDrives
     from airground.studies.robot_runs import RobotSummary
 
-__all__ = ["Document", "Item", "Outcome", "Work", "unobservable_note"]
+__all__ = ["Document", "Item", "Outcome", "Work", "or_why_not", "unobservable_note"]
 
 Document = dict[str, Any]
 """A JSON object."""
@@ -59,6 +61,20 @@ class Work:
 
         return robot_summaries(min(RUNS, self.trials), self.seed, self.workers, self.progress)
 
+    @cached_property
+    def robot_waves(self) -> RobotDrives:
+        """Drives of figure 8 in MuJoCo."""
+        from airground.studies.robot_figures import robot_drives
+
+        return robot_drives(self, "wave")
+
+    @cached_property
+    def robot_ellipses(self) -> RobotDrives:
+        """Drives of figures 9 and 10 in MuJoCo."""
+        from airground.studies.robot_figures import robot_drives
+
+        return robot_drives(self, "ellipse")
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -83,6 +99,25 @@ class Item:
 
     differs: str
     """What differs from the paper and why, in a sentence or two."""
+
+
+def or_why_not(figures: Callable[[], Document]) -> Document:
+    """Compute what not every machine can: MuJoCo may be missing, or may not be able to draw.
+
+    Parameters
+    ----------
+    figures : callable
+        Gives them.
+
+    Returns
+    -------
+    figures : dict
+        Those, or ``{"none": why there are none}``.
+    """
+    try:
+        return figures()
+    except AirgroundError as error:
+        return {"none": str(error)}
 
 
 def unobservable_note(document: Mapping[str, Any]) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from airground.errors import InputError
 from airground.records import make_folder
 from airground.records.atomic import replacing, write_text
+from airground.studies.beyond import BEYOND
 from airground.studies.fig4 import FIG4
 from airground.studies.fig5 import FIG5
 from airground.studies.fig7 import FIG7
@@ -15,6 +16,7 @@ from airground.studies.fig8 import FIG8
 from airground.studies.fig9 import FIG9, FIG10
 from airground.studies.fig11 import FIG11
 from airground.studies.item import Item, Outcome, Work
+from airground.studies.others import OTHERS
 from airground.studies.paper_page import write_paper_page
 from airground.studies.real import REAL
 from airground.studies.sheet import rich_table
@@ -45,8 +47,10 @@ ITEMS: dict[str, Item] = {
     "fig10": FIG10,
     "fig11": FIG11,
     "real": REAL,
+    "others": OTHERS,
+    "beyond": BEYOND,
 }
-"""What can be reproduced, in the paper's order; then the same on recordings."""
+"""What can be reproduced, in the paper's order; then the same on recordings, and what the paper could not do."""
 
 LATER = ("moving",)
 """What the paper has and `ITEMS` has not yet."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,14 +13,10 @@ from airground.control.pilot import Links, Pilot
 from airground.control.safety.layer import SafetyLayer
 from airground.control.speed_hold import SpeedHold
 from airground.geometry.arrays import FloatArray
-from airground.sim.point_eye import EyeOptions, PointEye
-from airground.sim.vehicle_odometry import Odometer
-from airground.sim.vehicle_plant import VehiclePlant
-from airground.studies.rendered_eye import RenderedEye
+from airground.studies.rig_body import EmbeddedBody
 from airground.studies.rig_options import (
     USUAL_MPS,
     RigOptions,
-    plant_options,
     safety_bounds,
     state_options,
 )
@@ -33,6 +29,7 @@ if TYPE_CHECKING:
     from airground.control.separation import Fence
     from airground.geometry import LimitedHomography
     from airground.studies.driving_world import DrivingWorld
+    from airground.studies.rig_body import BodyPose, RigBody
     from airground.vision.eyes import Look
 
 __all__ = ["Drive", "Rig"]
@@ -106,6 +103,8 @@ class Rig:
         Told of every picture, where they are rendered.
     fenced : callable, optional
         From the pilot's floor to the fence that the safety layer holds; none where not given.
+    body : RigBody, optional
+        Robot and camera; those of the embedded world where not given.
     """
 
     def __init__(
@@ -121,43 +120,11 @@ class Rig:
         time_offset_s: float = 0.0,
         each: Callable[[Look], None] | None = None,
         fenced: Callable[[Floor], Fence] | None = None,
+        body: RigBody | None = None,
     ) -> None:
         self.world, self.limits, self.options = world, limits, options
         scale = limits.speed_mps / USUAL_MPS
-        wheels, sight, odometry = np.random.default_rng([seed, 0xD1]).spawn(3)
-        self.plant = VehiclePlant(
-            world.start_m,
-            world.heading_rad,
-            "differential",
-            plant_options(options, scale),
-            rng=wheels,
-        )
-        self._eye = (
-            RenderedEye(
-                world.scene,
-                world.robot,
-                self.plant.pose,
-                label="0",
-                rate_hz=options.camera_hz,
-                latency_s=options.latency_s,
-                seed=seed,
-                each=each,
-            )
-            if options.images and world.scene is not None
-            else PointEye(
-                world.camera,
-                self.plant.pose,
-                EyeOptions(
-                    rate_hz=options.camera_hz,
-                    latency_s=options.latency_s,
-                    sigma_px=options.sigma_px,
-                ),
-                sight,
-                lens=world.lens,
-            )
-        )
-        noise = replace(options.odometry, heading_bias_rad=world.compass_bias_rad)
-        self._odometer = Odometer(self.plant, noise, odometry)
+        self.body: RigBody = body or EmbeddedBody(world, options, scale, seed, each)
         raw_ground = world.distorted(world.ground_uv)
         self._undistorted = undistorted or (lambda uv: uv)
         self.floor = Floor(model, self._undistorted(raw_ground))
@@ -206,16 +173,15 @@ class Rig:
         """
         self.pilot.assign(controller)
         ticks: list[PilotTick] = []
-        moving: list[tuple[float, float]] = []
+        poses: list[BodyPose] = []
         known = len(self.pilot.memory.stops)
         for _ in range(max(2, round(most_s * self.options.control_hz))):
-            tick = self._step()
+            tick, pose = self._step()
             ticks.append(tick)
-            moving.append((self.plant.v, self.plant.omega))
+            poses.append(pose)
             if tick.done:
                 break
-        t = np.array([tick.t for tick in ticks])
-        xy, theta = self.plant.pose(t)
+        xy = np.array([pose.xy for pose in poses])
         last = ticks[-1]
         guidance = last.guidance
         assert guidance is not None
@@ -224,12 +190,12 @@ class Rig:
             trouble = "" if last.sent.stop is None else last.sent.stop.line
             trouble = trouble or f"not there after {most_s:.0f} s"
         return Drive(
-            t=t,
+            t=np.array([tick.t for tick in ticks]),
             xy=xy,
-            theta=theta,
+            theta=np.array([pose.theta for pose in poses]),
             uv=self.world.distorted(self.world.camera.project(xy)),
-            v=np.array([v for v, _ in moving]),
-            omega=np.array([omega for _, omega in moving]),
+            v=np.array([pose.v for pose in poses]),
+            omega=np.array([pose.omega for pose in poses]),
             commands=np.array([(k.command.v, k.command.omega) for k in ticks]),
             progress=np.array([k.guidance.progress for k in ticks if k.guidance is not None]),
             done=last.done,
@@ -258,7 +224,7 @@ class Rig:
         self.pilot.assign(None)
         for _ in range(round(seconds * self.options.control_hz)):
             self._step()
-        xy = self.plant.xy
+        xy = self.body.pose.xy
         return xy, self.world.distorted(self.world.camera.project(xy))
 
     def stands_off(self, goal_px: FloatArray, seconds: float = 0.5) -> tuple[float, float]:
@@ -282,25 +248,19 @@ class Rig:
         there = self.world.camera.unproject(self.world.undistorted(goal_px))
         return float(np.hypot(*(uv - goal_px))), float(np.hypot(*(xy - there)))
 
-    def _step(self) -> PilotTick:
+    def _step(self) -> tuple[PilotTick, BodyPose]:
         t, rate = self.t, self.options.control_hz
-        self.plant.advance(t)
+        self.body.advance(t)
+        pose = self.body.pose
         state_filter = self.pilot.state_filter
         late = 0.0 if self.options.predict else self.options.latency_s
-        for seen in self._eye.sightings(t):
-            covariance = getattr(seen, "covariance", None)
-            state_filter.see(seen.t + late, self._undistorted(seen.uv), covariance)
-        for reading in self._odometer.readings(t):
-            heading = reading.theta if np.isfinite(reading.theta) else None
+        for seen in self.body.sightings():
+            state_filter.see(seen.t + late, self._undistorted(seen.uv), seen.covariance)
+        for told in self.body.readings():
             state_filter.read(
-                reading.t + self.world.clock_offset_s,
-                heading=heading,
-                speed=reading.v,
-                turn_rate=reading.omega,
+                told.t, heading=told.heading, speed=told.speed, turn_rate=told.turn_rate
             )
-        frames = self._eye.frames
-        frame_t = (frames - 1) / self.options.camera_hz if frames else None
-        tick = self.pilot.tick(t, 1 / rate, Links(frame_t=frame_t))
-        self.plant.command(t, tick.command)
+        tick = self.pilot.tick(t, 1 / rate, Links(frame_t=self.body.frame_t))
+        self.body.command(tick.command)
         self._tick += 1
-        return tick
+        return tick, pose

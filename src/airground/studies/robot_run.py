@@ -10,20 +10,21 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import dataclass, replace
-from math import copysign, pi, remainder, tau
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from airground.calibration import Motion, Tracks, calibrate
-from airground.control.command import STOP, VelocityCommand
 from airground.errors import UndeterminedError
 from airground.geometry import align_rotation, n_error
+from airground.geometry.arrays import FloatArray
 from airground.sim3d.backend import drawn_by
 from airground.sim3d.options import FAMILY, CameraOptions3d, World3dOptions
 from airground.sim3d.survey import Survey, survey
+from airground.sim3d.vehicle import TRUTH_HZ
 from airground.sim3d.world import World3d
-from airground.studies.compass_swing import CompassSwing, swing_compass
+from airground.studies.rig_body import BodyPose
+from airground.studies.robot_driver import RobotDriver, paper_headings
 from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes
 from airground.vision.tracker import Tracker, TrackRecorder
@@ -32,21 +33,11 @@ from airground.vision.video_tracks import track_video
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from airground.robots.protocol import RobotReading
+    from airground.studies.compass_swing import CompassSwing
     from airground.vision.frame import Frame
 
 __all__ = ["RobotRun", "calibration_run", "main", "run_errors"]
 
-SEGMENTS = 8
-SEGMENT_S = 3.0
-SPEED_MPS = 0.15
-TURN_RAD = pi / 6
-STEP_S = 0.05  # of the loop that drives
-REST_S = 0.5  # before the first segment, and after each turn
-SWING_S = 13.0  # of turning on the spot, more than once round
-TURN_S = 8.0  # most for a turn
-SURE_RAD = 0.02
-TURN_RADPS = (0.12, 0.6)  # least, so that it does not stick, and most
 CAMERA_HZ = 10.0  # half the world's own: a run takes half the time
 METHODS = {
     "trajectory": {"method": "trajectory", "distortion": "division"},  # a real camera has a lens
@@ -69,6 +60,15 @@ class RobotRun:
     truth: Survey
     """Of the plane of the tags."""
 
+    compass: CompassSwing
+    """What the robot's compass was found to read too much; the motion is without it."""
+
+    others: dict[str, FloatArray]
+    """(M, 2) [s, m/s] by name. True speeds of vehicles that are not ours, at the stamps of the pictures."""
+
+    end: BodyPose
+    """Where the robot stands at the end, in truth."""
+
     image_size_px: tuple[int, int]
     """Width and height [px]."""
 
@@ -77,9 +77,13 @@ class RobotRun:
 
 
 def calibration_run(
-    seed: int, options: World3dOptions | None = None, *, swing: bool = True
+    seed: int,
+    options: World3dOptions | None = None,
+    *,
+    swing: bool = True,
+    headings: Sequence[float] | None = None,
 ) -> RobotRun:
-    """Drive eight segments with turns of 30 degrees, and film it.
+    """Drive segments with turns between them, and film it.
 
     Parameters
     ----------
@@ -89,6 +93,8 @@ def calibration_run(
         Of the world; its first robot is driven. The defaults with ten pictures a second where not given.
     swing : bool
         Whether the compass is swung before.
+    headings : sequence of float, optional [rad]
+        Of the segments, from the first; the paper's eight, 30 degrees apart, where not given.
 
     Returns
     -------
@@ -106,14 +112,17 @@ def calibration_run(
     robot = options.robots[0]
     names = {str(one.tag): one.name for one in options.vehicles}
     with World3d(options, seed) as world:
-        drive = _Drive(world, robot.name)
+        drive = RobotDriver(world, robot.name)
         if swing:
             drive.swing()
         eyes = Eyes(make_detector(f"tag:family={FAMILY}"), Tracker())
-        tracks = track_video(drive.frames(), eyes, TrackRecorder()).tracks
+        true: dict[str, list[tuple[float, float]]] = {other.name: [] for other in options.others}
+        frames = _watched(world, drive.segments(headings or paper_headings()), true)
+        tracks = track_video(frames, eyes, TrackRecorder()).tracks
         truth = survey(world, robot.options.tag_height_m)
         heard = drive.heard
         duration = world.now
+        end = world.truth(robot.name, round(world.now * TRUTH_HZ) / TRUTH_HZ)
     tracks = replace(tracks, targets=tuple(names.get(name, name) for name in tracks.targets))
     motion = Motion.from_rows(
         [k.t for k in heard],
@@ -121,7 +130,27 @@ def calibration_run(
         heading=np.array([k.heading for k in heard]),
         speed=np.array([k.speed for k in heard]),
     )
-    return RobotRun(tracks, motion, truth, options.camera.image_size_px, duration)
+    return RobotRun(
+        tracks,
+        motion,
+        truth,
+        drive.compass,
+        {name: np.array(rows) for name, rows in true.items()},
+        BodyPose(end.xy, end.theta, end.v, end.omega),
+        options.camera.image_size_px,
+        duration,
+    )
+
+
+def _watched(
+    world: World3d, frames: Iterator[Frame], true: dict[str, list[tuple[float, float]]]
+) -> Iterator[Frame]:
+    """The same frames, with the true speeds at their exposures noted."""
+    for frame in frames:
+        for name, rows in true.items():
+            exposed = frame.t - world.options.camera.latency_s
+            rows.append((frame.t, world.truth(name, exposed).v))
+        yield frame
 
 
 def run_errors(run: RobotRun) -> dict[str, float]:
@@ -181,71 +210,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     medians = np.median(np.array(rows), axis=0)
     told = "  ".join(f"{m} {n:.4f}" for m, n in zip(METHODS, medians, strict=True))
     print(f"median:  {told}  (the paper's robot: 0.0540; {drawn_by()})")
-
-
-class _Drive:
-    """Drives by what the robot tells, and gives the camera's pictures as they come."""
-
-    def __init__(self, world: World3d, name: str) -> None:
-        self.heard: list[RobotReading] = []
-        self._world = world
-        self._name = name
-        self._compass = CompassSwing(0.0, 0.0)
-
-    def swing(self) -> None:
-        """Turn round on the spot, and learn from the encoders how the compass errs. Nothing is filmed."""
-        for command, seconds in ((VelocityCommand(0.0, TURN_RADPS[1]), SWING_S), (STOP, REST_S)):
-            for _ in range(round(seconds / STEP_S)):
-                self._advance(command)
-        t, heading, rate = (
-            np.array(column, dtype=np.float64)
-            for column in zip(*((k.t, k.heading, k.turn_rate) for k in self.heard), strict=True)
-        )
-        self._compass = swing_compass(t, heading, rate)
-        self.heard = []
-        self._world.drop_frames()
-
-    def frames(self) -> Iterator[Frame]:
-        """All pictures of the drive."""
-        yield from self._for(REST_S, STOP)
-        first = self._heading()
-        for segment in range(SEGMENTS):
-            if segment:
-                yield from self._turn(first + segment * TURN_RAD)
-            yield from self._for(SEGMENT_S, VelocityCommand(SPEED_MPS, 0.0))
-        yield from self._for(REST_S, STOP)
-
-    def _turn(self, wanted: float) -> Iterator[Frame]:
-        end = self._world.now + TURN_S
-        while abs(off := remainder(wanted - self._heading(), tau)) > SURE_RAD:
-            if self._world.now > end:
-                break
-            least, most = TURN_RADPS
-            rate = copysign(min(max(1.5 * abs(off), least), most), off)
-            yield from self._step(VelocityCommand(0.0, rate))
-        yield from self._for(REST_S, STOP)
-
-    def _heading(self) -> float:
-        heading = self.heard[-1].heading
-        assert heading is not None
-        return heading
-
-    def _for(self, seconds: float, command: VelocityCommand) -> Iterator[Frame]:
-        for _ in range(round(seconds / STEP_S)):
-            yield from self._step(command)
-
-    def _step(self, command: VelocityCommand) -> Iterator[Frame]:
-        self._advance(command)
-        yield from self._world.frames(self._world.now)
-
-    def _advance(self, command: VelocityCommand) -> None:
-        world = self._world
-        world.command(self._name, world.now, command)
-        world.advance(world.now + STEP_S)
-        for reading in world.readings(self._name, world.now):
-            assert reading.heading is not None
-            heading = self._compass.corrected(reading.heading)
-            self.heard.append(replace(reading, heading=heading))
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from airground.geometry import align_rotation, n_error
 from airground.geometry.arrays import FloatArray
 from airground.sim3d.canvas import Canvas
 from airground.sim3d.options import CameraOptions3d, World3dOptions
+from airground.studies.other_speeds import OtherSpeeds, compare_speeds
 from airground.studies.robot_run import CAMERA_HZ, calibration_run
 
 if TYPE_CHECKING:
@@ -59,6 +60,9 @@ class RobotSummary:
     xy: FloatArray
     """(M, 2) [m]. The same on the ground, by the survey."""
 
+    others: OtherSpeeds
+    """Of vehicles that are not ours, by the whole-drive method; no rows where it refused."""
+
     def n(self, method: str) -> float:
         """Error of eq. 23.
 
@@ -98,7 +102,7 @@ def robot_summary(seed: int) -> RobotSummary:
     """
     run = calibration_run(seed, OPTIONS)
     g_hat: dict[str, FloatArray | None] = {}
-    sigma = np.nan
+    sigma, others = np.nan, OtherSpeeds.joined([])
     for method, how in METHODS.items():
         try:
             found = calibrate(run.tracks, run.motion, image_size_px=run.image_size_px, **how)
@@ -108,10 +112,11 @@ def robot_summary(seed: int) -> RobotSummary:
         g_hat[method] = align_rotation(run.truth.g, found.model)[0]
         if method == "trajectory":
             sigma = found.observability.relative_sigma
+            others = compare_speeds(found, run.tracks, run.others)
     rows = run.tracks.rows(OPTIONS.robots[0].name)
     uv = LENS.undistort(run.tracks.uv[rows])
     w = np.column_stack([uv, np.ones(len(uv))]) @ np.linalg.inv(run.truth.image_from_plane).T
-    return RobotSummary(seed, run.truth.g, g_hat, sigma, uv, w[:, :2] / w[:, 2:])
+    return RobotSummary(seed, run.truth.g, g_hat, sigma, uv, w[:, :2] / w[:, 2:], others)
 
 
 def robot_summaries(
@@ -143,7 +148,7 @@ def robot_summaries(
         If it cannot draw here.
     """
     found = []
-    for summary in workers.map(robot_summary, ((seed + k,) for k in range(runs)), runs):
+    for summary in workers.map(robot_summary, ((seed + k,) for k in range(runs)), runs, long=True):
         found.append(summary)
         if progress is not None:
             progress(len(found), runs)

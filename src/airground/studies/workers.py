@@ -44,7 +44,12 @@ class Workers(Protocol):
     """Whoever does tasks."""
 
     def map(
-        self, function: Callable[..., T], tasks: Iterable[tuple[Any, ...]], count: int
+        self,
+        function: Callable[..., T],
+        tasks: Iterable[tuple[Any, ...]],
+        count: int,
+        *,
+        long: bool = False,
     ) -> Iterator[T]:
         """Do the tasks; their results come in their order.
 
@@ -56,6 +61,8 @@ class Workers(Protocol):
             Its arguments, task by task; taken as they are needed.
         count : int
             How many there are.
+        long : bool
+            Whether each takes so long that two of them are worth a process.
 
         Yields
         ------
@@ -68,7 +75,12 @@ class Here:
     """Whoever asks: nothing is started."""
 
     def map(
-        self, function: Callable[..., T], tasks: Iterable[tuple[Any, ...]], count: int
+        self,
+        function: Callable[..., T],
+        tasks: Iterable[tuple[Any, ...]],
+        count: int,
+        *,
+        long: bool = False,
     ) -> Iterator[T]:
         """Do the tasks one after the other.
 
@@ -80,13 +92,15 @@ class Here:
             Its arguments.
         count : int
             How many there are.
+        long : bool
+            Whether each takes so long that two of them are worth a process.
 
         Yields
         ------
         result : object
             Of the next task.
         """
-        del count
+        del count, long
         for task in tasks:
             yield function(*task)
 
@@ -126,7 +140,12 @@ class Processes:
             self._pool = None
 
     def map(
-        self, function: Callable[..., T], tasks: Iterable[tuple[Any, ...]], count: int
+        self,
+        function: Callable[..., T],
+        tasks: Iterable[tuple[Any, ...]],
+        count: int,
+        *,
+        long: bool = False,
     ) -> Iterator[T]:
         """Do the tasks; few of them in this process.
 
@@ -138,6 +157,8 @@ class Processes:
             Its arguments.
         count : int
             How many there are.
+        long : bool
+            Whether each takes so long that two of them are worth a process.
 
         Yields
         ------
@@ -149,7 +170,7 @@ class Processes:
         UnreachableError
             If a process is lost.
         """
-        if self._jobs == 1 or count < FEW:
+        if self._jobs == 1 or count < (2 if long else FEW):
             yield from HERE.map(function, tasks, count)
             return
         try:

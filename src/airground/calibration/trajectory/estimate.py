@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = ["WholeDrive", "estimate_whole_drive"]
 
+FULL = 0.5  # weight from which a sighting counts as one that follows
 REACH_S = 0.3  # how far the clock offset may move from where the search put it
 
 
@@ -61,6 +62,13 @@ class WholeDrive:
 
     inliers: float
     """Share of the sightings that have their full weight."""
+
+    following: dict[str, float]
+    """Of each robot, the share of full weight among the sightings that fit in with their neighbours: what a detector
+    threw anywhere does not count here, what moves on a way of its own does."""
+
+    followed: float
+    """That of all robots together."""
 
     rival: bool
     """Whether a clearly different solution fits alike."""
@@ -112,9 +120,9 @@ def estimate_whole_drive(
     InputError
         If tracks and motion do not belong together.
     """
-    keep = plausible_tracks(tracks, motion)
-    start = find_start(_only(tracks, keep), motion, offset)
-    keep = following(tracks, motion, start, keep)
+    smooth = plausible_tracks(tracks, motion)
+    start = find_start(_only(tracks, smooth), motion, offset)
+    keep = following(tracks, motion, start, smooth)
     span = float(np.ptp(tracks.t))
     reach = 0.0 if offset is not None else min(REACH_S, span / 20)
     drive = chains(tracks, motion, start.offset, keep=keep, reach=reach)
@@ -161,12 +169,26 @@ def estimate_whole_drive(
         middles = [view.center] if center is not None else [view.center, tracks.uv.max(axis=0) / 2]
         wider = [covariance_with_lens(problem, solution, middle) for middle in middles]
         cautious = max(wider, key=lambda c: float(np.trace(c)))
-    counted = sum(float(np.sum(w >= 0.5)) for w, _ in solution.weights)
-    total = sum(int(np.sum(keep[tracks.rows(c.name)])) for c in drive)
-    seen = sum(len(tracks.t[tracks.rows(c.name)]) for c in drive)
-    inside = sum(len(c) for c in drive)
-    share = counted / inside * total / seen
-    return WholeDrive(problem, solution, covariance, start, hanging, share, rival, cautious)
+    full = np.array([np.count_nonzero(w >= FULL) for w, _ in solution.weights])
+    inside = np.array([len(chain) for chain in drive])
+    seen, fit_in, kept = (
+        np.array([np.count_nonzero(which[tracks.rows(chain.name)]) for chain in drive])
+        for which in (np.ones(len(tracks), dtype=bool), smooth, keep)
+    )
+    whole = full.sum() / inside.sum() * kept.sum()
+    each = full / inside * kept / fit_in
+    return WholeDrive(
+        problem,
+        solution,
+        covariance,
+        start,
+        hanging,
+        inliers=float(whole / seen.sum()),
+        following={chain.name: float(x) for chain, x in zip(drive, each, strict=True)},
+        followed=float(whole / fit_in.sum()),
+        rival=rival,
+        cautious=cautious,
+    )
 
 
 def _only(tracks: Tracks, keep: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> Tracks:
