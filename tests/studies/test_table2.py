@@ -72,7 +72,7 @@ def test_where_nothing_can_be_drawn_that_is_said() -> None:
 
 def test_drives_have_the_seeds_that_follow(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "airground.studies.robot_runs.robot_summary", lambda seed: made_up(seed, 0.1, 0.1)
+        "airground.studies.robot_runs.robot_summary", lambda seed, _: made_up(seed, 0.1, 0.1)
     )
     told: list[tuple[int, int]] = []
     runs = robot_summaries(3, 7, HERE, lambda done, of: told.append((done, of)))

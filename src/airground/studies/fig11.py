@@ -28,7 +28,6 @@ from airground.studies.figure_paths import SPEED_MPS
 from airground.studies.item import Document, Item, Outcome, Work, or_why_not
 from airground.studies.rig import Drive, Rig
 from airground.studies.rig_options import LAG_S, limits_for
-from airground.studies.robot_runs import RUNS
 from airground.studies.sheet import Sheet
 from airground.studies.stage import Known
 
@@ -223,13 +222,13 @@ def _by_robot(stage: RobotStage, count: int) -> GoalDrives:
 
 def _compute(work: Work) -> Outcome:
     recording, n, driven = _embedded(work.seed)
-    count = GOALS if work.trials >= RUNS else FEW_GOALS
+    count = FEW_GOALS if work.short else GOALS
     shown: list[tuple[RobotStage, GoalDrives]] = []
 
     def in_mujoco() -> Document:
         from airground.studies.robot_stage import robot_stage
 
-        stage = robot_stage(work.seed)
+        stage = robot_stage(work.seed, work.camera_hz)
         found = _by_robot(stage, count)
         shown.append((stage, found))
         return found.document(stage.errors["trajectory"])

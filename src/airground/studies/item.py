@@ -18,10 +18,13 @@ if TYPE_CHECKING:
     from airground.studies.robot_figures import RobotDrives
     from airground.studies.robot_runs import RobotSummary
 
-__all__ = ["Document", "Item", "Outcome", "Work", "or_why_not", "unobservable_note"]
+__all__ = ["ROBOT_RUNS", "Document", "Item", "Outcome", "Work", "or_why_not", "unobservable_note"]
 
 Document = dict[str, Any]
 """A JSON object."""
+
+ROBOT_RUNS = 20
+"""Drives of the robot in MuJoCo, as in section 3.2."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,16 @@ class Work:
     workers: Workers = HERE
     """Who runs the trials."""
 
+    @property
+    def short(self) -> bool:
+        """Whether so few trials are wanted that the robot in MuJoCo makes do with less too."""
+        return self.trials < ROBOT_RUNS
+
+    @property
+    def camera_hz(self) -> float:
+        """Pictures per second in MuJoCo: half as many where it is short."""
+        return 5.0 if self.short else 10.0
+
     @cached_property
     def simulation(self) -> Trials:
         """Trials of the paper's simulation."""
@@ -57,9 +70,12 @@ class Work:
     @cached_property
     def robot_runs(self) -> tuple[RobotSummary, ...]:
         """Calibration drives of the robot in MuJoCo: 20, or as many as trials where these are fewer."""
-        from airground.studies.robot_runs import RUNS, robot_summaries  # MuJoCo is loaded late
+        from airground.studies.robot_runs import robot_summaries  # MuJoCo is loaded late
 
-        return robot_summaries(min(RUNS, self.trials), self.seed, self.workers, self.progress)
+        runs = min(ROBOT_RUNS, self.trials)
+        return robot_summaries(
+            runs, self.seed, self.workers, self.progress, camera_hz=self.camera_hz
+        )
 
     @cached_property
     def robot_waves(self) -> RobotDrives:

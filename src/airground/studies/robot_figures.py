@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from airground.studies.figure_paths import drive_ellipse, drive_wave
-from airground.studies.robot_runs import RUNS
 from airground.studies.robot_stage import robot_stage
 
 if TYPE_CHECKING:
@@ -54,8 +53,8 @@ def robot_drives(work: Work, figure: str) -> RobotDrives:
     UnreachableError
         If it cannot draw here.
     """
-    stage = robot_stage(work.seed)
-    names = [name for name in stage.known if work.trials >= RUNS or name == "trajectory"]
+    stage = robot_stage(work.seed, work.camera_hz)
+    names = [name for name in stage.known if not work.short or name == "trajectory"]
     tasks = ((stage, figure, name) for name in names)
     drives: dict[str, Tracked] = {}
     for name, tracked in zip(

@@ -36,9 +36,11 @@ if TYPE_CHECKING:
     from airground.studies.compass_swing import CompassSwing
     from airground.vision.frame import Frame
 
-__all__ = ["RobotRun", "calibration_run", "main", "run_errors"]
+__all__ = ["CAMERA_HZ", "RobotRun", "calibration_run", "main", "run_errors"]
 
-CAMERA_HZ = 10.0  # half the world's own: a run takes half the time
+CAMERA_HZ = 10.0
+"""Pictures per second: half the world's own, so that a run takes half the time."""
+
 METHODS = {
     "trajectory": {"method": "trajectory", "distortion": "division"},  # a real camera has a lens
     "no lens": {"method": "trajectory", "distortion": "none"},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,10 +20,7 @@ if TYPE_CHECKING:
     from airground.studies.simulation import Progress
     from airground.studies.workers import Workers
 
-__all__ = ["LENS", "METHODS", "OPTIONS", "RUNS", "RobotSummary", "robot_summaries", "robot_summary"]
-
-RUNS = 20
-"""As in section 3.2."""
+__all__ = ["LENS", "METHODS", "OPTIONS", "RobotSummary", "robot_summaries", "robot_summary"]
 
 METHODS: dict[str, dict[str, Any]] = {
     "linear": {"method": "linear"},
@@ -80,13 +77,15 @@ class RobotSummary:
         return np.nan if g_hat is None else float(n_error(self.g, g_hat))
 
 
-def robot_summary(seed: int) -> RobotSummary:
+def robot_summary(seed: int, camera_hz: float = CAMERA_HZ) -> RobotSummary:
     """Drive, calibrate in both ways, and compare with the survey.
 
     Parameters
     ----------
     seed : int
         Of the world.
+    camera_hz : float
+        Pictures per second.
 
     Returns
     -------
@@ -100,7 +99,8 @@ def robot_summary(seed: int) -> RobotSummary:
     UnreachableError
         If it cannot draw here.
     """
-    run = calibration_run(seed, OPTIONS)
+    camera = replace(OPTIONS.camera, rate_hz=camera_hz)
+    run = calibration_run(seed, replace(OPTIONS, camera=camera))
     g_hat: dict[str, FloatArray | None] = {}
     sigma, others = np.nan, OtherSpeeds.joined([])
     for method, how in METHODS.items():
@@ -120,7 +120,12 @@ def robot_summary(seed: int) -> RobotSummary:
 
 
 def robot_summaries(
-    runs: int, seed: int, workers: Workers, progress: Progress | None = None
+    runs: int,
+    seed: int,
+    workers: Workers,
+    progress: Progress | None = None,
+    *,
+    camera_hz: float = CAMERA_HZ,
 ) -> tuple[RobotSummary, ...]:
     """Make several drives.
 
@@ -134,6 +139,8 @@ def robot_summaries(
         Who drives.
     progress : callable, optional
         Told how many are done, and of how many.
+    camera_hz : float
+        Pictures per second.
 
     Returns
     -------
@@ -148,7 +155,8 @@ def robot_summaries(
         If it cannot draw here.
     """
     found = []
-    for summary in workers.map(robot_summary, ((seed + k,) for k in range(runs)), runs, long=True):
+    tasks = ((seed + k, camera_hz) for k in range(runs))
+    for summary in workers.map(robot_summary, tasks, runs, long=True):
         found.append(summary)
         if progress is not None:
             progress(len(found), runs)

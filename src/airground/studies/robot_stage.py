@@ -25,7 +25,7 @@ from airground.studies.figure_paths import SPEED_MPS
 from airground.studies.rig import Rig
 from airground.studies.rig_options import RigOptions, limits_for
 from airground.studies.robot_driver import random_headings
-from airground.studies.robot_run import calibration_run
+from airground.studies.robot_run import CAMERA_HZ, calibration_run
 from airground.studies.robot_runs import LENS, METHODS, OPTIONS
 from airground.studies.stage import Known, Layout
 from airground.studies.world_body import WorldBody
@@ -98,6 +98,8 @@ class RobotStage:
     ----------
     seed : int
         Of the world: floor, wheels, compass and noise.
+    camera_hz : float
+        Pictures per second.
 
     Raises
     ------
@@ -119,10 +121,11 @@ class RobotStage:
     )
     """Where things lie."""
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, camera_hz: float = CAMERA_HZ) -> None:
         self.seed = seed
+        self._camera = replace(OPTIONS.camera, rate_hz=camera_hz)
         headings = random_headings(np.random.default_rng([seed, 0x11]))
-        self.run: RobotRun = calibration_run(seed, _options(ROBOT), headings=headings)
+        self.run: RobotRun = calibration_run(seed, self._options(ROBOT), headings=headings)
         """The calibration drive."""
         run = self.run
         self.known: dict[str, Known] = {}
@@ -230,7 +233,7 @@ class RobotStage:
         """
         truth, known = self.world_at(xy, heading_rad), self.known[name]
         robot = replace(ROBOT, start_m=truth.start_m, heading_rad=heading_rad)
-        with World3d(_options(robot), self.seed) as world:
+        with World3d(self._options(robot), self.seed) as world:
             rig = Rig(
                 truth,
                 known.model,
@@ -245,19 +248,20 @@ class RobotStage:
             rig.settle()
             yield rig
 
-
-def _options(robot: Robot3d) -> World3dOptions:
-    return replace(OPTIONS, robots=(robot, *OPTIONS.robots[1:]))
+    def _options(self, robot: Robot3d) -> World3dOptions:
+        return replace(OPTIONS, robots=(robot, *OPTIONS.robots[1:]), camera=self._camera)
 
 
 @lru_cache(maxsize=2)
-def robot_stage(seed: int) -> RobotStage:
+def robot_stage(seed: int, camera_hz: float = CAMERA_HZ) -> RobotStage:
     """Drive and calibrate once.
 
     Parameters
     ----------
     seed : int
         Of the world.
+    camera_hz : float
+        Pictures per second.
 
     Returns
     -------
@@ -271,4 +275,4 @@ def robot_stage(seed: int) -> RobotStage:
     UnreachableError
         If it cannot draw here.
     """
-    return RobotStage(seed)
+    return RobotStage(seed, camera_hz)

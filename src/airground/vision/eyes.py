@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from airground.geometry.arrays import FloatArray
     from airground.vision.detectors.protocol import Detector
     from airground.vision.frame import Frame
-    from airground.vision.moving import Stabilization, Stabilizer
+    from airground.vision.moving import RaisedStabilizer, Stabilization, Stabilizer
     from airground.vision.tracker import Tracker, TrackerState
 
 __all__ = ["Eyes", "Look", "Looks"]
@@ -81,12 +81,15 @@ class Eyes:
         Finds things in frames.
     tracker : Tracker
         Tells who is who.
-    stabilizer : Stabilizer, optional
-        Holds the ground still. What the detector saw in the frame before is masked out for it.
+    stabilizer : Stabilizer or RaisedStabilizer, optional
+        Holds the ground still, or the marks' plane. What the detector saw in the frame before is masked out for it.
     """
 
     def __init__(
-        self, detector: Detector, tracker: Tracker, stabilizer: Stabilizer | None = None
+        self,
+        detector: Detector,
+        tracker: Tracker,
+        stabilizer: Stabilizer | RaisedStabilizer | None = None,
     ) -> None:
         self._detector = detector
         self._prompt = detector if isinstance(detector, PromptDetector) else None

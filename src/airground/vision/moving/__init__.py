@@ -3,8 +3,9 @@
 from airground.vision.moving.fit_types import HomographyFit, NoiseScale
 from airground.vision.moving.fixed_points import PointStabilizer
 from airground.vision.moving.homography import fit_homography
+from airground.vision.moving.levelling import Level, find_level
 from airground.vision.moving.point_options import PointOptions
-from airground.vision.moving.raised import raised
+from airground.vision.moving.raised import RaisedStabilizer, raised
 from airground.vision.moving.small_motion import apply_homography, homography_jacobian
 from airground.vision.moving.stabilization import (
     Stabilization,
@@ -15,14 +16,17 @@ from airground.vision.moving.stabilizer import Stabilizer, StabilizerOptions
 
 __all__ = [
     "HomographyFit",
+    "Level",
     "NoiseScale",
     "PointOptions",
     "PointStabilizer",
+    "RaisedStabilizer",
     "Stabilization",
     "StabilizationStatus",
     "Stabilizer",
     "StabilizerOptions",
     "apply_homography",
+    "find_level",
     "fit_homography",
     "homography_jacobian",
     "raised",

@@ -23,9 +23,11 @@ from airground.geometry.arrays import readonly
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from airground.vision.frame import Frame
     from airground.vision.moving.stabilization import Stabilization
+    from airground.vision.moving.stabilizer import Stabilizer
 
-__all__ = ["raised"]
+__all__ = ["RaisedStabilizer", "raised"]
 
 
 def raised(
@@ -97,3 +99,69 @@ def raised(
     k = height_ratio / height
     lift = K @ ((1 - k) * np.eye(3) + k * np.outer(C, n)) @ np.linalg.inv(K)
     return replace(stabilization, stable_from_image=lift @ H)
+
+
+class RaisedStabilizer:
+    """A stabiliser for marks above the ground: holds the ground still, and refers to the plane of the marks.
+
+    Parameters
+    ----------
+    stabilizer : Stabilizer
+        Of the ground.
+    height_ratio : float
+        As of `raised`.
+    normal : (3,) array_like
+        As of `raised`.
+    focal_length_px : float [px]
+        As of `raised`.
+    principal_point : (2,) array_like [px]
+        As of `raised`.
+    """
+
+    def __init__(
+        self,
+        stabilizer: Stabilizer,
+        *,
+        height_ratio: float,
+        normal: ArrayLike,
+        focal_length_px: float,
+        principal_point: ArrayLike,
+    ) -> None:
+        self.ground: Stabilization | None = None
+        """Of the last frame's ground."""
+        self._stabilizer = stabilizer
+        self._height_ratio = height_ratio
+        self._normal = normal
+        self._focal_length_px = focal_length_px
+        self._principal_point = principal_point
+
+    def update(self, frame: Frame, ignore: ArrayLike | None = None) -> Stabilization:
+        """Take in the next frame.
+
+        Parameters
+        ----------
+        frame : Frame
+            Later than the one before.
+        ignore : (K, 4, 2) array_like [px], optional
+            Outlines of what moves or stands out of the ground.
+
+        Returns
+        -------
+        stabilization : Stabilization
+            Of the plane of the marks.
+
+        Raises
+        ------
+        InputError
+            As `raised`, and as the stabiliser.
+        UndeterminedError
+            If the homography cannot come from such a camera.
+        """
+        self.ground = self._stabilizer.update(frame, ignore)
+        return raised(
+            self.ground,
+            height_ratio=self._height_ratio,
+            normal=self._normal,
+            focal_length_px=self._focal_length_px,
+            principal_point=self._principal_point,
+        )
