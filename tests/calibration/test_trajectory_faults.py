@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from airground.calibration import Calibration, Motion, calibrate
+from airground.calibration import Calibration, Motion, Tracks, calibrate
+from airground.calibration.by_trajectory import _require_following
 from airground.errors import UnobservableMotionError
 from airground.geometry import n_error
-from airground.sim.recordings import Recording, RecordingPlan, record
+from airground.sim.recordings import Recording, RecordingNoise, RecordingPlan, record
 from judge import FAR, MODERATE, Error, judge
 
 DEVIATIONS = 4.0
@@ -223,3 +225,128 @@ def test_readings_of_another_drive_are_refused(other: str, rng: np.random.Genera
     with pytest.raises(UnobservableMotionError) as caught:
         calibrated(replace(seen, motion=read.motion))
     assert "\n" not in str(caught.value)
+
+
+def renamed(recording: Recording, names: tuple[str, ...]) -> Recording:
+    """The same sightings, each robot's under another's name."""
+    tracks = recording.tracks
+    return replace(
+        recording,
+        tracks=Tracks.from_rows(tracks.t, [names[k] for k in tracks.target_index], tracks.uv),
+    )
+
+
+def fleet(seed: int, robots: int) -> Recording:
+    """Robots one behind the other on a figure eight, each with a compass of its own."""
+    plan = RecordingPlan(drive="figure_eight", tilt_deg=35.0, duration_s=40.0, robots=robots)
+    noise = RecordingNoise(
+        tracks_hz=10.0,
+        motion_hz=10.0,
+        pixel_px=1.0,
+        speed_mps=0.003,
+        heading_rad=0.02,
+        slip=0.02,
+        heading_bias_rad=(0.0, 0.8, -1.5),
+    )
+    return record(plan, noise, seed=seed)
+
+
+def test_robots_under_each_others_names_are_refused(rng: np.random.Generator) -> None:
+    """Three in a row on one way: with the clock and the zeros of the compasses free, a third of it can be explained."""
+    mixed = renamed(fleet(int(rng.integers(1 << 30)), 3), ("robot-3", "robot-1", "robot-2"))
+    with pytest.raises(
+        UnobservableMotionError, match=r"form a track.*robot-\d.*identify"
+    ) as caught:
+        calibrated(mixed)
+    assert "\n" not in str(caught.value)
+
+
+def drive_that_follows(followed: float, inliers: float, **robots: float) -> Any:
+    """As much of an estimate as the check reads."""
+    return SimpleNamespace(followed=followed, inliers=inliers, following=robots)
+
+
+def test_less_than_half_of_what_moves_smoothly_is_refused() -> None:
+    mixed = drive_that_follows(0.37, 0.37, one=0.3, two=0.9, three=0.1)
+    with pytest.raises(UnobservableMotionError, match=r"only 37%.*three 10%, one 30%\).*identify"):
+        _require_following(mixed, ())
+    with pytest.raises(UnobservableMotionError, match="only 49%") as caught:
+        _require_following(drive_that_follows(0.49, 0.49, one=0.49), ())
+    assert "identify" not in str(caught.value)  # one robot has nobody's name but its own
+    _require_following(drive_that_follows(0.51, 0.51, one=0.51), ())
+
+
+def test_what_a_detector_throws_anywhere_is_not_what_goes_a_way_of_its_own() -> None:
+    _require_following(drive_that_follows(0.99, 0.4, one=0.99), ())  # 60 % gross errors
+    with pytest.raises(UnobservableMotionError, match="only 30% of the sightings follow"):
+        _require_following(drive_that_follows(0.99, 0.3, one=0.99), ())
+
+
+def test_a_frame_turned_over_is_remarked(rng: np.random.Generator) -> None:
+    """Two robots half a lap apart on a figure eight: under each other's names they drive its mirror image, exactly."""
+    recording = fleet(int(rng.integers(1 << 30)), 2)
+    said: list[str] = []
+    calibrated(recording, note=said.append)
+    assert not [line for line in said if "left-handed" in line]
+    calibrated(renamed(recording, ("robot-2", "robot-1")), note=said.append)
+    assert [line for line in said if "left-handed" in line]
+
+
+def stated(found: Calibration) -> float:
+    return float(np.sqrt(np.trace(found.covariance)) / np.linalg.norm(found.model.g))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_weak_lens_is_found_though_wheels_slip(seed: int) -> None:
+    """Twelve off the cost is too much to ask of a lens where data tell so little of one: none was found here."""
+    recording = spoiled(seed, "figure_eight", 35.0, {}, lens_k1=-0.06, slip=0.03, tracks_hz=10.0)
+    found = calibrated(recording)
+    assert found.lens is not None
+    assert covered(recording, found).n < 0.012  # 0.013 to 0.02 without
+
+
+@pytest.mark.parametrize("k1", [0.0, -0.06])
+def test_sightings_better_than_any_is_taken_to_be_at_first(k1: float) -> None:
+    """Taken as 0.1 px, sightings of 0.01 px are given the odometry's errors, and no lens is believed."""
+    recording = spoiled(
+        0,
+        "rectangle",
+        50.0,
+        {},
+        lens_k1=k1,
+        pixel_px=0.01,
+        speed_share=0.01,
+        heading_rad=0.005,
+        motion_hz=50.0,
+        tracks_hz=10.0,
+    )
+    found = calibrated(recording)
+    assert (found.lens is not None) == (k1 != 0)
+    assert found.fit.sighting_correlation == 1
+    assert found.fit.sighting_sigma_px is not None
+    assert 0.005 < found.fit.sighting_sigma_px < 0.03
+    assert covered(recording, found).n < 0.003  # 0.02 without the lens
+
+
+def test_a_lens_that_may_be_there_widens_what_is_stated(rng: np.random.Generator) -> None:
+    recording = spoiled(int(rng.integers(1 << 30)), "figure_eight", 35.0, {})
+    none, doubt = (calibrated(recording, distortion=how) for how in ("none", "auto"))
+    assert doubt.lens is None
+    assert stated(none) < stated(doubt) < 1.2 * stated(none)
+    np.testing.assert_array_equal(doubt.model.g, none.model.g)
+    # The likelier a lens is, the more of what it would change is stated.
+    missed = spoiled(5, "figure_eight", 35.0, {}, lens_k1=-0.06, slip=0.03, tracks_hz=10.0)
+    none, doubt = (calibrated(missed, distortion=how) for how in ("none", "auto"))
+    assert doubt.lens is None
+    assert stated(doubt) > 1.1 * stated(none)
+
+
+def test_a_lens_that_the_data_cannot_tell_is_in_what_is_stated(rng: np.random.Generator) -> None:
+    """A quarter circle seen from straight above: a lens and a slight tilt look alike."""
+    recording = spoiled(int(rng.integers(1 << 30)), "quarter_circle", 0.0, {}, lens_k1=-0.1)
+    found = calibrated(recording)
+    assert found.lens is None
+    error = judge(recording, found)
+    assert 0.04 < error.n < 2 * error.stated
+    sure = judge(recording, calibrated(recording, distortion="none"))
+    assert sure.n > 2 * sure.stated

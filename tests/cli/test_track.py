@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from airground.calibration import Tracks
+from airground.calibration import Motion, Tracks
 from airground.cli import main
-from airground.records import read_tracks
+from airground.records import read_tracks, write_motion
 from commands import CALIBRATE, fails, record
-from footage import RATE_HZ, SIZE_PX, circling, true_uv, write_film
+from footage import RATE_HZ, SIZE_PX, circle, circling, true_uv, write_film
 
 TRACK = ["track", "--video", "film.avi", "--out", "t.csv"]
 TAGS = [*TRACK, "--detector", "tag:family=36h11"]  # without looking for what there is first
@@ -26,6 +26,7 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_film(folder / "still.avi", circling(), 2.5)
     write_film(folder / "plain.avi", circling(tag=False), 6.0)
     write_film(folder / "hover.avi", circling(moving_camera=True), 3.0)
+    write_film(folder / "flight.avi", circling(moving_camera=True), 16.0, rate_hz=8.0)
     return folder
 
 
@@ -125,6 +126,43 @@ def test_stabilize_takes_the_cameras_own_motion_out(here: Path) -> None:
     assert len(tracks) > 50
     assert shaken > 1.0
     assert held < 0.15 * shaken
+
+
+def _write_motion(path: Path) -> None:
+    """What the robot that drives in a circle would tell, exactly."""
+    t = np.arange(0, 16, 0.05)
+    xy, theta = circle(t)
+    speed = np.hypot(*np.gradient(xy, t, axis=0).T)
+    motion = Motion.from_rows(t, ["7"] * len(t), heading=theta, speed=speed)
+    write_motion(path, motion)
+
+
+@pytest.mark.parametrize("here", ["flight"], indirect=True)
+def test_marks_above_the_ground_are_held_still_as_such(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write_motion(here / "m.csv")
+    assert main([*TAGS, "--rate-hz", "8", "--stabilize"]) == 0
+    on_ground = error_px(read_tracks("t.csv"), "7", moving_camera=True)
+    marks = ["--mark-height", "0.1", "--focal-length", "400", "--motion", "m.csv"]
+    capsys.readouterr()
+    assert main([*TAGS, "--rate-hz", "8", "--stabilize", *marks, "--json"]) == 0
+    held = error_px(read_tracks("t.csv"), "7", moving_camera=True)
+    assert held < 0.25 * on_ground
+    document = json.loads(capsys.readouterr().out)
+    truth = circling(moving_camera=True).camera_at(0.0).centre_m[2]
+    assert document["camera_height_m"] == pytest.approx(truth, rel=0.03)
+
+
+@pytest.mark.parametrize("here", ["still"], indirect=True)
+def test_marks_above_the_ground_need_all_that_is_told(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "--focal-length and --motion too" in fails(
+        capsys, [*TAGS, "--stabilize", "--mark-height", "0.1"], 2
+    )
+    all_of_it = ["--mark-height", "0.1", "--focal-length", "400", "--motion", "m.csv"]
+    assert "give --stabilize too" in fails(capsys, [*TAGS, *all_of_it], 2)
 
 
 @pytest.mark.parametrize("here", ["still"], indirect=True)

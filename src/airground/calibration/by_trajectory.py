@@ -267,5 +267,5 @@ def _remark(
 
 
 def _mirrored(drive: WholeDrive) -> bool:
-    """Whether the image shows the ground frame's turns in their own sense: v points down, and a camera sees from above."""
+    """Whether the ground frame is left-handed: v points down, and a camera sees from above."""
     return bool(np.linalg.det(drive.model.jacobian(drive.problem.view.middle)) > 0)

@@ -16,6 +16,7 @@ import numpy as np
 from airground.calibration import Calibration
 from airground.cli.output import Notes, print_json, printable, refuse_overwriting
 from airground.cli.terminal import progress
+from airground.cli.track_marks import MarksAbove, add_mark_arguments, refuse_marks
 from airground.errors import InputError
 from airground.records import replacing, write_smoothed, write_tracks
 from airground.records.cells import shown
@@ -73,6 +74,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="the camera moves: refer every sighting to the first frame",
     )
+    add_mark_arguments(parser, _positive)
     parser.add_argument(
         "--preview", type=Path, metavar="FILE.mp4", help="video to write, with the tracks drawn in"
     )
@@ -128,6 +130,7 @@ def run(args: Namespace) -> None:
     started = time.perf_counter()
     _refuse(args)
     calibration = None if args.calibration is None else Calibration.load(args.calibration)
+    marks = None if args.mark_height is None else MarksAbove(args)
     detector = _detector(args)
     eyes = Eyes(detector, Tracker(), Stabilizer() if args.stabilize else None)
     with ExitStack() as stack:
@@ -144,6 +147,8 @@ def run(args: Namespace) -> None:
         def each(look: Look) -> None:
             nonlocal done
             done += 1
+            if marks is not None:
+                marks.note(look)
             if preview is not None:
                 preview.add(look)
             advance(done, source.frame_count or 0)
@@ -153,25 +158,43 @@ def run(args: Namespace) -> None:
             frames = stack.enter_context(ahead(frames))
         recorder = TrackRecorder(shortest_s=args.shortest_s)
         found = track_video(frames, eyes, recorder, each=each)
+        if marks is not None:
+            found = marks.refer(found)
         write_tracks(args.out, found.tracks)
         if args.smoothed is not None:
             write_smoothed(args.smoothed, recorder.smoothed())
     notes = Notes()
-    health = source.health
-    for line in health.notes:
+    for line in source.health.notes:
         notes(line)
     notes.flush()
     elapsed = time.perf_counter() - started
-    looked_for = _described(detector)
+    camera = None if marks is None else marks.camera_height_m
+    _tell(args, source, found, (_described(detector), elapsed), camera)
+
+
+def _tell(
+    args: Namespace,
+    source: FrameSource,
+    found: VideoTracks,
+    how: tuple[str, float],
+    camera: float | None,
+) -> None:
+    """Say what was found, looking for what and within how many seconds, and from how high up [m]."""
+    looked_for, elapsed = how
     if args.json:
-        print_json(_document(args, source, found, looked_for, elapsed))
-    else:
-        print("\n".join(_summary(args, source, found, looked_for, elapsed)))
+        document = _document(args, source, found, looked_for, elapsed)
+        print_json({**document, "camera_height_m": camera})
+        return
+    print("\n".join(_summary(args, source, found, looked_for, elapsed)))
+    if camera is not None:
+        print(f"  marks {args.mark_height:g} m above the ground, the camera {camera:.2f} m")
 
 
 def _refuse(args: Namespace) -> None:
     """Raise for options that do not go together, before anything is opened."""
-    inputs = [Path(args.video), *([args.calibration] if args.calibration is not None else [])]
+    refuse_marks(args)
+    read = (args.calibration, args.motion)
+    inputs = [Path(args.video), *(path for path in read if path is not None)]
     outputs = {"--out": args.out, "--preview": args.preview, "--smoothed": args.smoothed}
     named = {option: path for option, path in outputs.items() if path is not None}
     for option, path in named.items():

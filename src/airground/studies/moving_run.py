@@ -26,7 +26,6 @@ from airground.sim3d.options import FAMILY, CameraOptions3d, World3dOptions
 from airground.sim3d.survey import Survey, survey
 from airground.sim3d.world import World3d
 from airground.studies.figure_drives import TOP_MPS
-from airground.studies.marks_plane import MarksPlane, MarksView, calibrate_marks, mapped
 from airground.studies.rig import Rig
 from airground.studies.rig_options import LAG_S, limits_for
 from airground.studies.robot_driver import RobotDriver, random_headings
@@ -36,7 +35,14 @@ from airground.studies.stage import Known
 from airground.studies.world_body import WorldBody
 from airground.vision.detectors.registry import make_detector
 from airground.vision.eyes import Eyes
-from airground.vision.moving import RaisedStabilizer, Stabilizer
+from airground.vision.moving import (
+    MarksPlane,
+    MarksView,
+    RaisedStabilizer,
+    Stabilizer,
+    apply_each,
+    calibrate_marks,
+)
 from airground.vision.tracker import Tracker, TrackRecorder
 from airground.vision.video_tracks import track_video
 
@@ -302,15 +308,13 @@ class _Flight:
     def raw(self) -> FloatArray:
         """(N, 2) [px]. Sightings in the pictures as they are."""
         H = np.stack([self.ground[t] for t in self.tracks.t.tolist()])
-        return mapped(np.linalg.inv(H), self.tracks.uv)
+        return apply_each(np.linalg.inv(H), self.tracks.uv)
 
     @property
     def view(self) -> MarksView:
-        """What is told: lengths, and how the drone should hover."""
+        """What is told."""
         camera = self._world.options.camera
-        should = CameraPose.looking_at(camera.position_m, camera.target_m)
-        down = should.world_from_camera.T @ np.array([0.0, 0.0, -1.0])
-        return MarksView(TAG_M, self._drone.focal_length_px, camera.image_size_px, down)
+        return MarksView(TAG_M, self._drone.focal_length_px, camera.image_size_px)
 
     def survey(self, t: float) -> Survey:
         """The truth about the plane of the tags as the camera saw it then."""
@@ -372,11 +376,11 @@ class _Flight:
         ground = np.linalg.inv(self.survey(exposed).image_from_plane)
         low, high = seen.min(axis=0), seen.max(axis=0)
         for _ in range(CLICKS):
-            uv = np.round(mapped(np.linalg.inv(stable), rng.uniform(low, high)))
-            xy = mapped(ground, uv)
+            uv = np.round(apply_each(np.linalg.inv(stable), rng.uniform(low, high)))
+            xy = apply_each(ground, uv)
             if np.hypot(*(xy - rig.body.pose.xy)) > APART_M:
                 break
-        return mapped(stable, uv), xy
+        return apply_each(stable, uv), xy
 
     def _note(self, look: Look) -> None:
         exposed = look.frame.t - self._world.options.camera.latency_s

@@ -36,11 +36,13 @@ def flight(rng: np.random.Generator, shake: Shake, noise_px: float = 0.0) -> Flo
     bend = np.eye(3) + rng.normal(0, 1, (len(TIMES), 3, 3)) * noise_px * np.array(
         [[2e-3, 2e-3, 0.7], [2e-3, 2e-3, 0.7], [3e-6, 3e-6, 0.0]]
     )
-    return bend @ H
+    return np.asarray(bend @ H)
 
 
 def down(shake: Shake) -> FloatArray:
-    return hover(BASE, seed=4, shake=shake)(0.0).camera_from_world @ np.array([0.0, 0.0, -1.0])
+    return np.asarray(
+        hover(BASE, seed=4, shake=shake)(0.0).camera_from_world @ np.array([0.0, 0.0, -1.0])
+    )
 
 
 def off_deg(a: FloatArray, b: FloatArray) -> float:
@@ -52,12 +54,15 @@ def guessed(truth: FloatArray, off_rad: float) -> FloatArray:
     return wrong / np.linalg.norm(wrong)
 
 
+@pytest.mark.parametrize("told", [True, False])
 @pytest.mark.parametrize("noise_px", [0.0, 0.02])
-def test_a_flight_in_wind_levels_itself(noise_px: float, rng: np.random.Generator) -> None:
+def test_a_flight_in_wind_levels_itself(
+    noise_px: float, *, told: bool, rng: np.random.Generator
+) -> None:
     shake = Shake()
     truth = down(shake)
-    guess = guessed(truth, 0.02)
-    assert off_deg(guess, truth) > 0.5
+    guess = guessed(truth, 0.02) if told else None
+    assert guess is None or off_deg(guess, truth) > 0.5
     found = find_level(
         flight(rng, shake, noise_px),
         guess=guess,
@@ -100,6 +105,8 @@ def test_a_camera_that_only_turns_learns_nothing(rng: np.random.Generator) -> No
     )
     assert off_deg(found.normal, guess) < 0.01
     assert found.sigma_rad == pytest.approx(0.035, rel=0.01)
+    with pytest.raises(UndeterminedError, match="moved too little to show its tilt"):
+        find_level(flight(rng, shake), focal_length_px=800.0, principal_point=MIDDLE)
 
 
 def test_what_cannot_be_levelled_is_refused(rng: np.random.Generator) -> None:

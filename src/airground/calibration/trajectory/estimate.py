@@ -16,6 +16,7 @@ from airground.calibration.trajectory.first import first_noise, first_solution, 
 from airground.calibration.trajectory.positions import resampled
 from airground.calibration.trajectory.problem import Problem
 from airground.calibration.trajectory.selection import (
+    covariance_in_doubt,
     covariance_with_lens,
     select_nuisances,
     select_wander,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
 __all__ = ["WholeDrive", "estimate_whole_drive"]
 
+LEAST_PX = 0.01  # deviation of a sighting; no detector is better than this
 FULL = 0.5  # weight from which a sighting counts as one that follows
 REACH_S = 0.3  # how far the clock offset may move from where the search put it
 
@@ -74,7 +76,7 @@ class WholeDrive:
     """Whether a clearly different solution fits alike."""
 
     cautious: FloatArray
-    """(6, 6). Covariance of g_T with the lens left free too, where errors hang together; else that of g_T."""
+    """(6, 6). Covariance of g_T with the doubt whether there is a lens, where none was found and one was looked for."""
 
     @property
     def model(self) -> LimitedHomography:
@@ -136,7 +138,7 @@ def estimate_whole_drive(
         view=view,
         chains=tuple(few),
         noise=first_noise(few, motion),
-        priors=Priors(scale=scale_sigma),
+        priors=Priors(scale=scale_sigma, bend=view.usual_bend),
         free=Free(
             offset=offset is None,
             turn=_apart(start, few),
@@ -148,7 +150,11 @@ def estimate_whole_drive(
     )
     bounds = noise_bounds(few, motion)
     solution, rival = first_solution(problem, start)
+    free = problem.free
     problem, solution = select_wander(problem, solution, bounds)
+    if _finer(problem, solution, bounds):
+        bounds = replace(bounds, pixel=(LEAST_PX, bounds.pixel[1]))
+        problem, solution = select_wander(replace(problem, free=free), solution, bounds)
     problem, solution, hanging = _whole_model(problem, solution, bounds, distortion)
     moved = abs(solution.state.offset - start.offset)
     if moved > REACH:
@@ -164,7 +170,11 @@ def estimate_whole_drive(
     problem, solution = _all(problem, solution, drive)
     covariance = solution.covariance
     cautious = covariance[:6, :6]
-    if hanging > HANGING and distortion == "auto" and not problem.free.lens:
+    if problem.free.lens or distortion != "auto":
+        pass
+    elif hanging <= HANGING:
+        cautious = covariance_in_doubt(problem, solution)
+    else:
         # An image begins at (0, 0) and holds all sightings: its middle is there or further out, if not known.
         middles = [view.center] if center is not None else [view.center, tracks.uv.max(axis=0) / 2]
         wider = [covariance_with_lens(problem, solution, middle) for middle in middles]
@@ -206,6 +216,16 @@ def _only(tracks: Tracks, keep: np.ndarray[tuple[int, ...], np.dtype[np.bool_]])
 def _apart(start: Start, few: list[Chain]) -> tuple[int, ...]:
     names = {start.targets[k] for k in start.apart}
     return tuple(k for k, chain in enumerate(few) if chain.name in names)
+
+
+def _finer(problem: Problem, solution: Solution, bounds: Bounds) -> bool:
+    """Whether the sightings are better than any is taken to be at first.
+
+    Taken as worse than they are, they are given what the odometry errs by, and that hangs together. Where all is white
+    at that level it stays, as stiffer sightings make the cost less smooth.
+    """
+    at_floor = problem.noise.pixel < bounds.pixel[0] * (1 + 1e-6)
+    return at_floor and correlation_factor(problem, solution) > HANGING
 
 
 def _whole_model(

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Distortion",
+    "covariance_in_doubt",
     "covariance_with_lens",
+    "lens_probability",
     "level_names",
     "select_nuisances",
     "select_wander",
@@ -31,7 +33,8 @@ Distortion = Literal["auto", "none", "division"]
 WANDER = (
     1.0  # how much likelier drift or slip must make the data: to miss one is worse than to keep it
 )
-CLEARLY = 12.0  # how much less a lens must cost: 3.5 deviations
+ANY_BEND = 0.1  # k1 in normalised units, of what stands for all that is not in the model
+LIKELY = 0.75  # probability from which a lens is taken: where data tell nothing, it is one half
 SHIFTS_S = (0.0, -0.5, -0.25, 0.25, 0.5)  # of the clock, that a lever may have been taken for
 LEVER = 16.0  # how much less a lever must cost: two numbers
 
@@ -132,8 +135,7 @@ def select_nuisances(
         trial = replace(problem, free=replace(problem.free, lens=True))
         try:
             found = refine(trial, solution.state)
-            less = cost(problem, solution.state) - cost(trial, found.state)
-            if distortion == "division" or less > CLEARLY:
+            if distortion == "division" or lens_probability(problem, solution, found) > LIKELY:
                 problem, solution = trial, found
         except UnobservableMotionError:
             if distortion == "division":
@@ -171,6 +173,60 @@ def _with_lever(problem: Problem, state: State, robot: int) -> Solution | None:
     return best
 
 
+def lens_probability(problem: Problem, without: Solution, found: Solution) -> float:
+    """How likely the image is bent, by the evidence of both models; as likely as not before the data.
+
+    A lens that is free always fits better. What it costs is the range that it might have had beforehand over the one
+    that the data leave it: the more exactly they would show one, the less likely it is that they show none by chance.
+
+    Parameters
+    ----------
+    problem : Problem
+        Without a lens.
+    without : Solution
+        Its estimate.
+    found : Solution
+        That with a lens.
+
+    Returns
+    -------
+    probability : float
+        By Laplace's approximation, everything else being as sure with a lens as without.
+    """
+    place = replace(problem, free=replace(problem.free, lens=True)).layout.bend
+    assert place is not None
+    left = float(np.sqrt(found.covariance[place, place]))
+    evidence = (without.cost - found.cost) / 2 + np.log(min(1.0, left / problem.priors.bend))
+    return float(1 / (1 + np.exp(-np.clip(evidence, -500, 500))))
+
+
+def covariance_in_doubt(problem: Problem, solution: Solution) -> FloatArray:
+    """Covariance of g_T where a lens was not found and there may be one: the mean over both, about the one without.
+
+    Parameters
+    ----------
+    problem : Problem
+        Without a lens.
+    solution : Solution
+        Its estimate.
+
+    Returns
+    -------
+    covariance : (6, 6) array
+        Of g_T, row by row.
+    """
+    own = solution.covariance[:6, :6]
+    wider = replace(problem, free=replace(problem.free, lens=True))
+    try:
+        found = refine(wider, solution.state)
+    except UnobservableMotionError:
+        return own
+    share = lens_probability(problem, solution, found)
+    apart = (found.state.g - solution.state.g).ravel()
+    other = found.covariance[:6, :6] + np.outer(apart, apart)
+    return np.asarray(own + share * (other - own))
+
+
 def covariance_with_lens(problem: Problem, solution: Solution, center: FloatArray) -> FloatArray:
     """Covariance of g_T as if a lens were estimated too: something is not in the model, and it might be that.
 
@@ -189,5 +245,6 @@ def covariance_with_lens(problem: Problem, solution: Solution, center: FloatArra
         Of g_T, row by row.
     """
     free, view = replace(problem.free, lens=True), replace(problem.view, center=center)
-    wider = replace(problem, free=free, view=view)
+    priors = replace(problem.priors, bend=ANY_BEND)
+    wider = replace(problem, free=free, view=view, priors=priors)
     return refine(wider, solution.state, rounds=0).covariance[:6, :6]

@@ -22,6 +22,8 @@ from airground.geometry.lens import DivisionLens
 if TYPE_CHECKING:
     from typing import Self
 
+BEND = 0.15  # k1 of a usual lens, either way, in half diagonals of the image
+
 __all__ = ["Projected", "View", "project", "project_with_derivatives"]
 
 
@@ -57,6 +59,13 @@ class View:
         T = normalizer(uv)
         box = (uv.min(axis=0) + uv.max(axis=0)) / 2
         return cls(-T[:2, 2] / T[0, 0], float(T[0, 0]), box if center is None else center)
+
+    @property
+    def usual_bend(self) -> float:
+        """How large a lens's k1 usually is, in normalised units."""
+        # An image begins at (0, 0): its corners are as far from the middle as that is from there.
+        corner = max(float(np.linalg.norm(self.center)), 1 / self.scale)
+        return BEND / (corner * self.scale) ** 2
 
     @property
     def matrix(self) -> FloatArray:

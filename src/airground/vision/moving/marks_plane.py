@@ -16,7 +16,9 @@ import numpy as np
 from airground.calibration import calibrate
 from airground.errors import UndeterminedError
 from airground.geometry.arrays import FloatArray
-from airground.vision.moving import Stabilization, find_level, raised
+from airground.vision.moving.levelling import find_level
+from airground.vision.moving.raised import raised
+from airground.vision.moving.stabilization import Stabilization
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from airground.calibration import Calibration, Motion, Tracks
     from airground.geometry import LimitedHomography
 
-__all__ = ["MarksPlane", "MarksView", "calibrate_marks", "height_above", "mapped"]
+__all__ = ["MarksPlane", "MarksView", "apply_each", "calibrate_marks", "height_above"]
 
 AGREE = 1e-3  # relative, of two heights
 MOST = 12
@@ -46,8 +48,9 @@ class MarksView:
     image_size_px: tuple[int, int]
     """Width and height [px]; the principal point is in the middle."""
 
-    down: FloatArray
-    """(3,). Which way is down in the stable frame's right, down and forward, to about two degrees."""
+    down: FloatArray | None = None
+    """(3,). Which way is down in the stable frame's right, down and forward, to about two degrees; the flight alone
+    says it where not given."""
 
     @property
     def principal_point(self) -> FloatArray:
@@ -97,10 +100,11 @@ def calibrate_marks(
     Raises
     ------
     UndeterminedError
-        If the drive leaves g undetermined, or no height of the camera agrees.
+        If the drive leaves g undetermined, the camera has moved too little to show its tilt, or no height of it
+        agrees.
     """
     H = np.stack([ground[t] for t in tracks.t.tolist()])
-    raw = mapped(np.linalg.inv(H), tracks.uv)
+    raw = apply_each(np.linalg.inv(H), tracks.uv)
     normal = find_level(
         np.stack(list(ground.values())),
         guess=view.down,
@@ -175,23 +179,23 @@ def _lifted(
         ).stable_from_image
         for one in H
     ]
-    return mapped(np.array(lifted, dtype=np.float64), raw)
+    return apply_each(np.array(lifted, dtype=np.float64), raw)
 
 
-def mapped(H: NDArray[np.floating], uv: NDArray[np.floating]) -> FloatArray:
-    """Take points through homographies.
+def apply_each(matrix: NDArray[np.floating], uv: NDArray[np.floating]) -> FloatArray:
+    """Map points, each by a homography of its own.
 
     Parameters
     ----------
-    H : (..., 3, 3) array
-        One for each point, or one for all.
+    matrix : (..., 3, 3) array
+        Homographies, any scale.
     uv : (..., 2) array [px]
         Points.
 
     Returns
     -------
-    uv : (..., 2) array [px]
-        Where they come to lie.
+    mapped : (..., 2) array [px]
+        Their images.
     """
-    w = np.einsum("...ij,...j->...i", H[..., :2], uv) + H[..., 2]
+    w = np.einsum("...ij,...j->...i", matrix[..., :2], uv) + matrix[..., 2]
     return np.asarray(w[..., :2] / w[..., 2:])

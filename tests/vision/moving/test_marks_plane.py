@@ -13,7 +13,7 @@ from airground.geometry import align_rotation, n_error
 from airground.geometry.arrays import FloatArray
 from airground.sim.flights import hover
 from airground.sim.scene_camera import Pinhole
-from airground.studies.marks_plane import MarksView, calibrate_marks
+from airground.vision.moving import MarksView, calibrate_marks
 
 BASE = Pinhole.looking_down(
     focal_length_px=800.0, tilt_rad=0.5, height_m=5.0, image_size_px=(1280, 720)
@@ -35,7 +35,7 @@ def plane(t: float, height: float) -> FloatArray:
 
 def seen(H: FloatArray, xy: FloatArray) -> FloatArray:
     w = H @ np.array([*xy, 1.0])
-    return w[:2] / w[2]
+    return np.asarray(w[:2] / w[2])
 
 
 def drive(t: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -67,12 +67,8 @@ def recorded() -> tuple[Tracks, dict[float, FloatArray], Motion, FloatArray]:
     return Tracks.from_rows(T, ["red"] * len(T), uv), ground, motion, plane(0.0, MARK_M)
 
 
-def view(**changes: float) -> MarksView:
-    tilted = BASE.camera_from_world @ np.array([0.02, -0.02, -1.0])  # off by a degree and a half
-    return replace(
-        MarksView(MARK_M, 800.0, (1280, 720), tilted / np.linalg.norm(tilted)),
-        **changes,  # type: ignore[arg-type]
-    )
+def view(mark_height_m: float = MARK_M) -> MarksView:
+    return MarksView(mark_height_m, 800.0, (1280, 720))
 
 
 def test_marks_above_the_ground_calibrate_as_under_a_camera_that_stands(
