@@ -43,6 +43,7 @@ CAMERA_HZ = 10.0
 
 METHODS = {
     "trajectory": {"method": "trajectory", "distortion": "division"},  # a real camera has a lens
+    "auto": {"method": "trajectory", "distortion": "auto"},
     "no lens": {"method": "trajectory", "distortion": "none"},
     "linear": {"method": "linear"},
 }
