@@ -49,8 +49,8 @@ ITEMS: dict[str, Item] = {
     "fig11": FIG11,
     "moving": MOVING,
     "real": REAL,
-    "others": OTHERS,
     "beyond": BEYOND,
+    "others": OTHERS,
 }
 """What can be reproduced, in the paper's order; then the same on recordings, and what the paper could not do."""
 
