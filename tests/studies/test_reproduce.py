@@ -126,7 +126,7 @@ def test_fig5(result: dict[str, Any]) -> None:
 
 def test_fig8_comes_onto_the_path_with_any_g(result: dict[str, Any]) -> None:
     fig8 = result["fig8"]
-    assert set(fig8) == {"paper", "n", "linear", "trajectory", "oracle"}
+    assert set(fig8) == {"paper", "n", "linear", "trajectory", "oracle", "mujoco"}
     assert fig8["n"]["linear"] > fig8["n"]["trajectory"] > 0
     for name in ("linear", "trajectory", "oracle"):
         one = fig8[name]

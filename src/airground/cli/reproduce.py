@@ -29,6 +29,7 @@ NAMES = (
     "fig9",
     "fig10",
     "fig11",
+    "moving",
     "real",
     "beyond",
     "others",
