@@ -13,9 +13,12 @@ from hypothesis import HealthCheck, settings
 
 ROOT = Path(__file__).resolve().parents[1]
 
-# What a shell starts in the background ignores Ctrl-C, and so does all that it starts: programs that tests interrupt.
+# What a shell starts in the background ignores Ctrl-C, and what nohup starts a terminal that goes; so does all that
+# they start in turn: programs that tests interrupt.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # The same examples on every run; AIRGROUND_EXAMPLES=2000 for a long search.
 settings.register_profile(

@@ -252,7 +252,10 @@ def test_interrupted_exits_130_and_leaves_nothing(tmp_path: Path, number: signal
         time.sleep(0.1)
     time.sleep(0.5)
     process.send_signal(number)
-    _, err = process.communicate(timeout=30)
+    try:
+        _, err = process.communicate(timeout=30)
+    finally:
+        process.kill()  # or five million trials go on
     assert process.returncode == 130
     assert err == "airground: interrupted\n"
     assert not [p for p in tmp_path.rglob("*") if p.is_file()]

@@ -48,7 +48,12 @@ def test_control_c_ends_all_processes_in_a_line(tmp_path: Path, seconds: float) 
         time.sleep(0.1)
     time.sleep(seconds)
     os.killpg(process.pid, signal.SIGINT)
-    shown, err = process.communicate(timeout=30)  # ends when the last process closes its streams
+    try:
+        shown, err = process.communicate(
+            timeout=30
+        )  # ends when the last process closes its streams
+    finally:
+        process.kill()  # or five million trials go on
     assert (process.returncode, shown, err) == (130, "", "airground: interrupted\n")
     assert list(out.iterdir()) == []
 

@@ -81,7 +81,18 @@ class Flight:
         self.tracks: Tracks
 
     def film(self, seed: int) -> Motion:
-        """The calibration drive."""
+        """Film the calibration drive.
+
+        Parameters
+        ----------
+        seed : int
+            Of its turns.
+
+        Returns
+        -------
+        motion : Motion
+            Readings meanwhile; what was seen is in `tracks`.
+        """
         self._driver.swing()
         frames = self._driver.segments(_headings(seed))
         eyes = Eyes(make_detector(f"tag:family={FAMILY}"), Tracker(), self._stabilizer)
@@ -101,13 +112,41 @@ class Flight:
         return MarksView(TAG_M, self._drone.focal_length_px, camera.image_size_px)
 
     def survey(self, t: float) -> Survey:
-        """The truth about the plane of the tags as the camera saw it then."""
+        """Survey the plane of the tags as the camera saw it.
+
+        Parameters
+        ----------
+        t : float [s]
+            When.
+
+        Returns
+        -------
+        truth : Survey
+            Then.
+        """
         return survey(self._world, TAG_M, t=t, region_m=(-1.2, -1.0, 1.2, 0.7))
 
     def drive(
         self, found: MarksPlane, truth: Survey, count: int, seed: int
     ) -> tuple[MovingGoal, ...]:
-        """From goal to goal, each clicked in the picture of the moment."""
+        """Drive from goal to goal, each clicked in the picture of the moment, while the drone drifts.
+
+        Parameters
+        ----------
+        found : MarksPlane
+            What the pilot is told.
+        truth : Survey
+            Of the first picture.
+        count : int
+            Of goals.
+        seed : int
+            Of the clicks.
+
+        Returns
+        -------
+        goals : tuple of MovingGoal
+            How far off, in truth.
+        """
         world, known = self._world, Known.of(found.calibration)
         self._drone.adrift_from = world.now
         view = self.view
